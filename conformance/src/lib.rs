@@ -1,0 +1,1 @@
+//! Scenes, comparisons, goldens and benches shared by the tests of all engines.

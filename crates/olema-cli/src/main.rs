@@ -1,0 +1,2 @@
+//! The command `olema`.
+fn main() {}

@@ -1,0 +1,209 @@
+//! The scene: what is drawn, from where, under which lights. It keeps what a file says; nothing here is
+//! tessellated or transformed yet.
+//!
+//! Spaces: *object* -> *world* (a primitive's `to_world`) -> *camera* (`Camera::world_to_camera`; left-handed,
+//! x right, y up, z into the picture) -> *raster* (pixels, y down).
+
+mod geometry;
+
+pub use geometry::{Class, Geometry, PatchBasis, PatchKind, PatchMesh, Points, PrimVar, VarType, VarValues};
+
+use std::sync::Arc;
+
+use glam::DMat4;
+
+use crate::shading::{LightShader, SurfaceShader};
+
+/// A value at one or more times, in ascending order of time. One key is a value that does not change.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Keyed<T> {
+    /// Key times, strictly ascending, in the unit of `Camera::shutter`. Empty for a single still value.
+    pub times: Vec<f32>,
+    /// The values, one a time; exactly one where `times` is empty.
+    pub values: Vec<T>,
+}
+
+impl<T> Keyed<T> {
+    /// A value that does not change.
+    pub fn still(value: T) -> Self {
+        Keyed { times: Vec::new(), values: vec![value] }
+    }
+
+    /// The first key's value.
+    pub fn first(&self) -> &T {
+        &self.values[0]
+    }
+}
+
+/// A whole scene.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The camera.
+    pub camera: Camera,
+    /// All lights; primitives refer to them by index.
+    pub lights: Vec<Light>,
+    /// What is drawn, in the file's order.
+    pub primitives: Vec<Primitive>,
+    /// Named spaces: name and the matrix from that space to world.
+    pub coordinate_systems: Vec<(String, DMat4)>,
+}
+
+impl Scene {
+    /// An empty scene seen by `camera`.
+    pub fn new(camera: Camera) -> Self {
+        Scene { camera, lights: Vec::new(), primitives: Vec::new(), coordinate_systems: Vec::new() }
+    }
+
+    /// Adds a light and returns its index for [`Attributes::lights`].
+    pub fn add_light(&mut self, light: Light) -> u32 {
+        self.lights.push(light);
+        (self.lights.len() - 1) as u32
+    }
+}
+
+/// How camera space becomes raster space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// Points at depth z are divided by z; `fov` is the full angle in degrees, in (0, 180), that the
+    /// screen coordinates -1 to 1 span.
+    Perspective {
+        /// Field of view in degrees.
+        fov: f32,
+    },
+    /// Screen coordinates are x and y of camera space.
+    Orthographic,
+}
+
+/// The camera.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// World to camera space; keys move the camera.
+    pub world_to_camera: Keyed<DMat4>,
+    /// Projection.
+    pub projection: Projection,
+    /// `[left, right, bottom, top]` of the frame in screen coordinates; `None` makes the shorter side span
+    /// -1 to 1 and the longer the frame's aspect ratio.
+    pub screen_window: Option<[f32; 4]>,
+    /// Width / height of one pixel.
+    pub pixel_aspect: f32,
+    /// Near and far clipping depth, 0 < near < far; far may be infinite.
+    pub clipping: [f32; 2],
+    /// Shutter opening and closing time.
+    pub shutter: [f32; 2],
+    /// The thin lens; `None` is a pinhole.
+    pub lens: Option<Lens>,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Camera {
+            world_to_camera: Keyed::still(DMat4::IDENTITY),
+            projection: Projection::Orthographic,
+            screen_window: None,
+            pixel_aspect: 1.0,
+            clipping: [1e-10, f32::INFINITY],
+            shutter: [0.0, 0.0],
+            lens: None,
+        }
+    }
+}
+
+/// A thin lens (`DepthOfField`). Kept by the readers; drawn once depth of field is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lens {
+    /// Focal length over aperture diameter.
+    pub fstop: f32,
+    /// Focal length in camera units.
+    pub focal_length: f32,
+    /// Depth in focus, in camera units.
+    pub focal_distance: f32,
+}
+
+/// A light: its shader and where it stands.
+#[derive(Debug, Clone)]
+pub struct Light {
+    /// What it does.
+    pub shader: Arc<dyn LightShader>,
+    /// The space its points and directions are given in, to world.
+    pub to_world: Keyed<DMat4>,
+}
+
+/// One surface or a sheet of them, with its attributes.
+#[derive(Debug, Clone)]
+pub struct Primitive {
+    /// The shape, shared by all instances of it.
+    pub geometry: Geometry,
+    /// Object to world space.
+    pub to_world: Keyed<DMat4>,
+    /// How it looks.
+    pub attributes: Arc<Attributes>,
+}
+
+/// Sides that are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sides {
+    /// Only the side that the surface normal points to.
+    One,
+    /// Both.
+    #[default]
+    Two,
+}
+
+/// How colour varies over a micropolygon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ShadingInterpolation {
+    /// One colour a micropolygon, that of its first vertex.
+    #[default]
+    Constant,
+    /// Linear between the vertices of the triangle that is hit.
+    Smooth,
+}
+
+/// Attributes of a primitive.
+#[derive(Debug, Clone)]
+pub struct Attributes {
+    /// Name for messages (`Attribute "identifier" "name"`), or empty.
+    pub name: String,
+    /// Where the primitive stands in its file, for messages ("teapot.rib:12"), or empty.
+    pub origin: String,
+    /// Colour, linear.
+    pub color: [f32; 3],
+    /// Opacity, 0 to 1 a channel.
+    pub opacity: [f32; 3],
+    /// Surface shader.
+    pub surface: Arc<dyn SurfaceShader>,
+    /// Indices into [`Scene::lights`] of the lights that are on.
+    pub lights: Arc<[u32]>,
+    /// Area of a micropolygon in pixels, above 0.
+    pub shading_rate: f32,
+    /// Colour over a micropolygon.
+    pub shading_interpolation: ShadingInterpolation,
+    /// Sides drawn.
+    pub sides: Sides,
+    /// Turns the surface normal around. Without it the normal is dPdu x dPdv as computed in object space
+    /// (numerically, whatever the handedness), carried to camera space as a normal.
+    pub reverse_orientation: bool,
+    /// Cuts a hole: hides what is behind and leaves colour and alpha 0.
+    pub matte: bool,
+    /// (s, t) at (u, v) = (0,0), (1,0), (0,1), (1,1).
+    pub texture_coordinates: [[f32; 2]; 4],
+}
+
+impl Default for Attributes {
+    fn default() -> Self {
+        Attributes {
+            name: String::new(),
+            origin: String::new(),
+            color: [1.0; 3],
+            opacity: [1.0; 3],
+            surface: crate::shading::default_surface(),
+            lights: Arc::from([]),
+            shading_rate: 1.0,
+            shading_interpolation: ShadingInterpolation::default(),
+            sides: Sides::default(),
+            reverse_orientation: false,
+            matte: false,
+            texture_coordinates: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]],
+        }
+    }
+}

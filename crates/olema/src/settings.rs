@@ -1,0 +1,139 @@
+//! How a picture is made: everything that is not the scene.
+
+use crate::error::Error;
+use crate::image::Filter;
+
+/// Settings of one render. The picture depends on the fields of the first group; those of the second
+/// change speed, memory and the order of delivery, never a bit of the picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    // -- The picture.
+    /// Width and height of the full frame in pixels, each 1 to 65,535.
+    pub resolution: [u32; 2],
+    /// Pixels that are rendered: `[x0, x1, y0, y1]` in the full frame, end exclusive; `None` is all of it.
+    pub crop_px: Option<[u32; 4]>,
+    /// Samples a pixel as a grid `[nx, ny]`; their product M is 1 to 1024.
+    pub samples: [u32; 2],
+    /// Reconstruction filter.
+    pub filter: Filter,
+    /// Multiplies every primitive's shading rate (micropolygon area in pixels).
+    pub shading_rate_scale: f32,
+    /// Gain and gamma: value -> (gain * value)^(1 / gamma), after filtering.
+    pub exposure: [f32; 2],
+    /// Colour behind everything (linear), as the imager "background" gives it; `None` leaves alpha.
+    pub background: Option<[f32; 3]>,
+    /// Seed of the sample pattern.
+    pub seed: u32,
+    /// Side K of the pattern's pixel tile.
+    pub pattern_tile: u32,
+    /// Number P of permutation sets.
+    pub permutations: u32,
+    /// Most micropolygons in a grid.
+    pub grid_size: u32,
+    /// How often an edge through the eye plane is halved.
+    pub eye_splits: u32,
+
+    // -- Speed, memory, order.
+    /// Worker threads; 0 is one per core.
+    pub threads: usize,
+    /// Output buckets, in pixels, delivered as they are finished.
+    pub bucket: [u32; 2],
+    /// Side of a raster tile in pixels; `None` picks one whose samples stay in cache.
+    pub tile: Option<u32>,
+    /// Most transparent records kept for a tile before its samples are peeled by depth.
+    pub transparency_records: usize,
+    /// Bytes for grids kept between tiles; beyond it they are made again.
+    pub grid_cache: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            resolution: [640, 480],
+            crop_px: None,
+            samples: [4, 4],
+            filter: Filter::default(),
+            shading_rate_scale: 1.0,
+            exposure: [1.0, 1.0],
+            background: None,
+            seed: 0,
+            pattern_tile: 2,
+            permutations: 64,
+            grid_size: 256,
+            eye_splits: 10,
+            threads: 0,
+            bucket: [64, 64],
+            tile: None,
+            transparency_records: 1 << 20,
+            grid_cache: 256 << 20,
+        }
+    }
+}
+
+impl Settings {
+    /// Samples a pixel, M = nx * ny.
+    pub fn samples_per_pixel(&self) -> u32 {
+        self.samples[0].saturating_mul(self.samples[1])
+    }
+
+    /// The pixels to render, `[x0, x1, y0, y1]`, end exclusive.
+    pub fn window_px(&self) -> [u32; 4] {
+        self.crop_px.unwrap_or([0, self.resolution[0], 0, self.resolution[1]])
+    }
+
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] names the first field outside its range.
+    pub fn validate(&self) -> Result<(), Error> {
+        let fail = |what, found: String, expected: &str| {
+            Err(Error::Setting { what, found, expected: expected.to_owned() })
+        };
+        let [w, h] = self.resolution;
+        if w == 0 || h == 0 || w > 65_535 || h > 65_535 {
+            return fail("resolution", format!("{w}x{h}"), "1 to 65535 pixels each way");
+        }
+        if let Some([x0, x1, y0, y1]) = self.crop_px
+            && (x0 >= x1 || y0 >= y1 || x1 > w || y1 > h)
+        {
+            return fail(
+                "crop",
+                format!("{x0},{x1},{y0},{y1}"),
+                "a part of the frame with at least one pixel",
+            );
+        }
+        let m = self.samples_per_pixel();
+        if m == 0 || m > 1024 {
+            return fail("samples", format!("{}x{}", self.samples[0], self.samples[1]), "1 to 1024 a pixel");
+        }
+        if !self.filter.is_valid() {
+            return fail("filter", format!("{:?}", self.filter), "widths above 0 and at most 64 pixels");
+        }
+        if !(self.shading_rate_scale > 0.0 && self.shading_rate_scale.is_finite()) {
+            return fail("shading rate", self.shading_rate_scale.to_string(), "a finite number above 0");
+        }
+        let [gain, gamma] = self.exposure;
+        if !(gain.is_finite() && gamma.is_finite() && gamma > 0.0) {
+            return fail("exposure", format!("{gain} {gamma}"), "a finite gain and a finite gamma above 0");
+        }
+        if !matches!(self.pattern_tile, 1 | 2 | 3 | 4 | 8 | 64) {
+            return fail("pattern tile", self.pattern_tile.to_string(), "1, 2, 3, 4, 8 or 64");
+        }
+        if !(1..=65_536).contains(&self.permutations) {
+            return fail("permutations", self.permutations.to_string(), "1 to 65536");
+        }
+        if !(1..=4096).contains(&self.grid_size) {
+            return fail("grid size", self.grid_size.to_string(), "1 to 4096 micropolygons");
+        }
+        if self.eye_splits > 20 {
+            return fail("eye splits", self.eye_splits.to_string(), "0 to 20");
+        }
+        if self.bucket.contains(&0) {
+            return fail("bucket", format!("{}x{}", self.bucket[0], self.bucket[1]), "at least 1x1 pixel");
+        }
+        if self.tile == Some(0) {
+            return fail("tile", "0".to_owned(), "at least 1 pixel");
+        }
+        Ok(())
+    }
+}

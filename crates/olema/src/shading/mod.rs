@@ -1,0 +1,161 @@
+//! Shading: what a shader sees, what it says of itself, and the shaders that RenderMan defines.
+//!
+//! A shader gets a list of vertex indices, not a rectangle, so that later only the vertices that can be seen
+//! need be shaded. Everything is in camera space, the RenderMan "current" space: the eye is at the origin and
+//! looks along +z.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use glam::{DMat4, Vec3};
+
+use crate::math::Vec3s;
+
+/// The variables of a grid's vertices, one entry a vertex in every array (structure of arrays).
+#[derive(Debug, Clone, Default)]
+pub struct ShadingPoints {
+    /// Position.
+    pub p: Vec3s,
+    /// Shading normal, unit length, turned by the orientation attribute; not turned to face the eye.
+    pub n: Vec3s,
+    /// Geometric normal, as `n`.
+    pub ng: Vec3s,
+    /// Derivative of the position along u.
+    pub dpdu: Vec3s,
+    /// Derivative of the position along v.
+    pub dpdv: Vec3s,
+    /// From the eye to the position (not normalised); (0, 0, 1) in an orthographic picture.
+    pub i: Vec3s,
+    /// Surface parameters of the primitive, 0 to 1.
+    pub u: Vec<f32>,
+    /// See `u`.
+    pub v: Vec<f32>,
+    /// Step of u between neighbouring vertices.
+    pub du: Vec<f32>,
+    /// Step of v.
+    pub dv: Vec<f32>,
+    /// Texture coordinates.
+    pub s: Vec<f32>,
+    /// See `s`.
+    pub t: Vec<f32>,
+    /// Surface colour.
+    pub cs: Vec3s,
+    /// Surface opacity.
+    pub os: Vec3s,
+    /// Other primitive variables, by name.
+    pub vars: Vec<PointVar>,
+    /// Shading time within the shutter.
+    pub time: f32,
+}
+
+/// A primitive variable at a grid's vertices.
+#[derive(Debug, Clone)]
+pub struct PointVar {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Floats a vertex.
+    pub num_floats: usize,
+    /// `num_floats` floats a vertex, vertex after vertex.
+    pub values: Vec<f32>,
+}
+
+/// What a shader returns: one entry a vertex of the grid. Entries not in the index list are left alone.
+#[derive(Debug, Clone, Default)]
+pub struct ShadedPoints {
+    /// Colour, multiplied by opacity (RenderMan's Ci).
+    pub ci: Vec3s,
+    /// Opacity (RenderMan's Oi), 0 to 1.
+    pub oi: Vec3s,
+}
+
+/// Which inputs a shader reads; those it does not read need not be made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Inputs {
+    /// Reads N (and so needs surface normals).
+    pub n: bool,
+    /// Reads dPdu, dPdv.
+    pub derivatives: bool,
+    /// Reads u, v, du, dv.
+    pub uv: bool,
+    /// Reads s, t.
+    pub st: bool,
+    /// Reads lights.
+    pub lights: bool,
+}
+
+/// What a shader does to opacity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OpacityUse {
+    /// Oi = Os: opaque where the surface's opacity is 1.
+    Keeps,
+    /// May set anything.
+    MayChange,
+}
+
+/// What a shader says of itself before it runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ShaderTraits {
+    /// What it does to opacity.
+    pub opacity: OpacityUse,
+    /// The same inputs always give the same outputs, and nothing else happens.
+    pub pure: bool,
+    /// Takes Du or Dv of computed values, so a vertex needs its four neighbours shaded with it.
+    pub needs_ring: bool,
+    /// What it reads.
+    pub inputs: Inputs,
+}
+
+/// A surface shader with its parameters.
+pub trait SurfaceShader: Debug + Send + Sync {
+    /// The name it was asked for by.
+    fn name(&self) -> &str;
+    /// What it says of itself.
+    fn traits(&self) -> ShaderTraits;
+    /// Computes colour and opacity at `points[vertices]` into the same places of `out`.
+    ///
+    /// `out` has as many entries as `points`. No value may depend on which other vertices are in the list,
+    /// unless the traits ask for a ring.
+    fn shade(
+        &self,
+        points: &ShadingPoints,
+        vertices: &[u32],
+        lights: &[Arc<dyn PlacedLight>],
+        out: &mut ShadedPoints,
+    );
+}
+
+/// What a light does at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightSample {
+    /// From everywhere alike.
+    Ambient {
+        /// Colour of the light.
+        cl: Vec3,
+    },
+    /// From one direction.
+    From {
+        /// Unit vector from the point to the light.
+        l: Vec3,
+        /// Colour of the light at the point.
+        cl: Vec3,
+    },
+}
+
+/// A light shader with its parameters, in its own space.
+pub trait LightShader: Debug + Send + Sync {
+    /// The name it was asked for by.
+    fn name(&self) -> &str;
+    /// The same light in camera space.
+    fn place(&self, to_camera: &DMat4) -> Arc<dyn PlacedLight>;
+}
+
+/// A light in camera space.
+pub trait PlacedLight: Debug + Send + Sync {
+    /// Light that arrives at `p` (camera space), shadowed by nothing.
+    fn sample(&self, p: Vec3) -> LightSample;
+}
+
+/// The surface that is used where none is given ("defaultsurface").
+pub fn default_surface() -> Arc<dyn SurfaceShader> {
+    todo!()
+}

@@ -1,0 +1,1 @@
+//! Image files: PNG with 8 bits a channel.

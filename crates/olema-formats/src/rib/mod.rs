@@ -1,0 +1,116 @@
+//! The RIB reader (RenderMan Interface 3.2).
+//!
+//! In: a byte stream, ASCII or gzip. Out: one [`RibFrame`] for each WorldBegin/WorldEnd, and diagnostics.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use olema::{Scene, Settings};
+
+use crate::diagnostic::Diagnostic;
+
+/// What a reader may do and use.
+#[derive(Debug, Clone)]
+pub struct ReadOptions {
+    /// Directories searched for archives, before the file's own `Option "searchpath"`; "&" in the latter
+    /// stands for what was there before.
+    pub search_path: Vec<PathBuf>,
+    /// Most archives nested in each other.
+    pub archive_depth: u32,
+    /// Most bytes of statements, arrays and geometry held for one frame.
+    pub memory: u64,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        ReadOptions { search_path: Vec::new(), archive_depth: 64, memory: 8 << 30 }
+    }
+}
+
+/// One world, ready to render.
+#[derive(Debug)]
+pub struct RibFrame {
+    /// Number given to FrameBegin, if the world stands in a frame block.
+    pub number: Option<i32>,
+    /// The scene.
+    pub scene: Scene,
+    /// The options of the file, as settings.
+    pub settings: Settings,
+    /// Displays, at least one; the first is the primary one.
+    pub displays: Vec<Display>,
+}
+
+/// A `Display` statement with the quantization that was in force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Display {
+    /// File name as given (without a leading "+").
+    pub name: String,
+    /// Driver as given ("file", "framebuffer", "png", ...).
+    pub driver: String,
+    /// Channels ("rgb", "rgba", "a", "z", or an AOV's name).
+    pub mode: String,
+    /// Quantization of colour and alpha.
+    pub quantize: Quantize,
+}
+
+/// `Quantize`: value -> round(one * value + dither * noise), clamped to [min, max]; `one` 0 keeps floats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quantize {
+    /// Value that 1.0 becomes.
+    pub one: i32,
+    /// Smallest value.
+    pub min: i32,
+    /// Largest value.
+    pub max: i32,
+    /// Amplitude of the dither, 0 to 1.
+    pub dither: f32,
+}
+
+/// The input could not be read any further. Everything that was said on the way is among the diagnostics.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file cannot be opened or read.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: String,
+        /// The system's word.
+        source: std::io::Error,
+    },
+    /// The file is wrong in a way that leaves nothing to recover.
+    #[error("{0}")]
+    Fatal(Diagnostic),
+}
+
+/// Reads a RIB stream world by world.
+pub struct RibReader {
+    _private: (),
+}
+
+impl RibReader {
+    /// Opens a file; gzip is recognised by its first bytes.
+    ///
+    /// # Errors
+    /// [`ReadError::Io`] where it cannot be opened.
+    pub fn open(_path: &Path, _options: ReadOptions) -> Result<Self, ReadError> {
+        todo!()
+    }
+
+    /// Reads from a stream; `name` is what diagnostics call it.
+    pub fn from_stream(_name: &str, _stream: Box<dyn Read>, _options: ReadOptions) -> Self {
+        todo!()
+    }
+
+    /// Reads up to the next WorldEnd; `None` at the end of the input.
+    ///
+    /// # Errors
+    /// [`ReadError`] where nothing further can be read.
+    pub fn next_frame(&mut self) -> Result<Option<RibFrame>, ReadError> {
+        todo!()
+    }
+
+    /// Takes the diagnostics said since the last call, in the input's order.
+    pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
+        todo!()
+    }
+}

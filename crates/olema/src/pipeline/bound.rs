@@ -7,6 +7,8 @@ use glam::Vec3;
 
 use crate::geometry::RasterCamera;
 
+use crate::sampling::Region;
+
 use super::patch::PatchTable;
 use super::split::{Piece, uv_box};
 
@@ -28,10 +30,8 @@ pub enum Unseen {
     Frustum,
 }
 
-/// The pixels whose samples matter, `[x0, x1, y0, y1]`, end exclusive (the crop grown by the filter).
-pub type Region = [i32; 4];
-
-/// Bounds `piece`, or says why no sample of `region` can see it.
+/// Bounds `piece`, or says why no sample of `region` (the pixels whose samples matter: the crop or tile, grown
+/// by the filter) can see it.
 ///
 /// # Errors
 /// The cause, for the statistics.
@@ -85,7 +85,8 @@ impl<'a> Hull<'a> {
         let w = if self.camera.perspective { p.z } else { 1.0 };
         let x = p.x * self.camera.scale[0] + self.camera.center[0] * w;
         let y = self.camera.center[1] * w - p.y * self.camera.scale[1];
-        let [x0, x1, y0, y1] = self.region.map(|px| px as f32);
+        let Region { x0, x1, y0, y1 } = *self.region;
+        let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(|px| px as f32);
         let inside = [x - (x0 - 1.0) * w, (x1 + 1.0) * w - x, y - (y0 - 1.0) * w, (y1 + 1.0) * w - y];
         self.inside = std::array::from_fn(|ix| self.inside[ix].max(inside[ix]));
     }
@@ -100,7 +101,7 @@ impl<'a> Hull<'a> {
         if self.inside.iter().any(|&inside| inside < -slack_px) {
             return Err(Unseen::Frustum);
         }
-        let [x0, x1, y0, y1] = *self.region;
+        let Region { x0, x1, y0, y1 } = *self.region;
         let everywhere = [x0, x1 - 1, y0, y1 - 1];
         // An orthographic piece that reaches behind the near plane is bounded by all of its points; those in
         // front alone would miss the cut.

@@ -17,6 +17,8 @@ pub mod patch;
 pub mod patchify;
 pub mod primvar;
 pub mod rate;
+pub mod resolve;
+pub mod sample;
 pub mod shade;
 pub mod split;
 

@@ -6,7 +6,7 @@
 use glam::{DMat4, DVec3, DVec4};
 
 use crate::geometry::bezier::to_bezier;
-use crate::scene::{Geometry, PatchBasis, PatchKind, PatchMesh, Points, Primitive, Scene};
+use crate::scene::{Geometry, PatchBasis, PatchKind, PatchMesh, Points, Scene};
 
 use super::connect::EdgeUse;
 use super::patch::{Patch, PatchTable, Shape};
@@ -21,21 +21,10 @@ pub fn patchify(scene: &Scene) -> (PatchTable, Vec<String>) {
         let Geometry::Patches(mesh) = &primitive.geometry;
         let result = sheet(mesh, ix as u32, &to_camera, &mut table);
         if let Err(problem) = result {
-            warnings.push(format!("{}: {problem}", object_name(primitive, ix)));
+            warnings.push(format!("{}: {problem}", primitive.attributes.object_name(ix)));
         }
     }
     (table, warnings)
-}
-
-/// What messages call a primitive.
-pub fn object_name(primitive: &Primitive, ix: usize) -> String {
-    let a = &primitive.attributes;
-    match (a.name.is_empty(), a.origin.is_empty()) {
-        (false, false) => format!("{} ({})", a.name, a.origin),
-        (false, true) => a.name.clone(),
-        (true, false) => a.origin.clone(),
-        (true, true) => format!("primitive {ix}"),
-    }
 }
 
 fn sheet(mesh: &PatchMesh, primitive: u32, to_camera: &DMat4, table: &mut PatchTable) -> Result<(), String> {
@@ -66,7 +55,7 @@ fn sheet(mesh: &PatchMesh, primitive: u32, to_camera: &DMat4, table: &mut PatchT
             }
             for p in &patch_points {
                 let p = p.as_vec4();
-                table.floats.extend_from_slice(if rational { &p.to_array()[..] } else { &[p.x, p.y, p.z] });
+                table.floats.extend_from_slice(&p.to_array()[..if rational { 4 } else { 3 }]);
             }
             let span = |ix: usize, n: usize| [ix as f32 / n as f32, (ix + 1) as f32 / n as f32];
             let ([u0, u1], [v0, v1]) = (span(column, pu), span(row, pv));

@@ -32,7 +32,7 @@ pub enum Rate {
 
 /// Rate of the curve `point(t)`, t in [0, 1], given the wanted length of a segment in pixels.
 pub fn rate(camera: &RasterCamera, segment_px: f32, mut point: impl FnMut(f32) -> Vec3) -> Rate {
-    let mut last = None;
+    let mut last: Option<[f32; 2]> = None;
     let (mut total, mut longest) = (0.0f32, 0.0f32);
     for probe in 0..=PROBES {
         let p = point(probe as f32 / PROBES as f32);
@@ -41,7 +41,7 @@ pub fn rate(camera: &RasterCamera, segment_px: f32, mut point: impl FnMut(f32) -
         }
         let raster = camera.project(p);
         if let Some([x, y]) = last {
-            let (dx, dy): (f32, f32) = (raster[0] - x, raster[1] - y);
+            let (dx, dy) = (raster[0] - x, raster[1] - y);
             let length = (dx * dx + dy * dy).sqrt();
             total += length;
             longest = longest.max(length);

@@ -82,6 +82,11 @@ impl TransparentRecords {
         self.unfinished = false;
     }
 
+    /// The records held now, in no order.
+    pub fn records(&self) -> &[TransparentRecord] {
+        &self.records
+    }
+
     /// Records held now.
     pub fn len(&self) -> usize {
         self.records.len()

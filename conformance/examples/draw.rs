@@ -1,8 +1,16 @@
 //! (scratch)
 use std::io::Write;
 fn main() {
-    let scene = conformance::scenes::teapot();
-    let settings = olema::Settings { resolution: [640, 480], ..Default::default() };
+    let args: Vec<String> = std::env::args().collect();
+    let scene = match args[1].as_str() {
+        "near" => conformance::scenes::teapot_through_near_plane(),
+        "inside" => conformance::scenes::teapot_from_inside(),
+        "layers" => conformance::scenes::layers(),
+        "ground" => conformance::scenes::ground(),
+        "coplanar" => conformance::scenes::coplanar(),
+        _ => conformance::scenes::teapot(),
+    };
+    let settings = olema::Settings { resolution: [args[2].parse().unwrap(), args[3].parse().unwrap()], threads: 1, ..Default::default() };
     let t0 = std::time::Instant::now();
     let clock = move || t0.elapsed().as_secs_f64();
     let hooks = olema::Hooks { clock: Some(&clock), ..Default::default() };

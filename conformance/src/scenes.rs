@@ -121,3 +121,76 @@ pub fn teapot() -> Scene {
 pub fn small(width: u32, height: u32, samples: [u32; 2]) -> Settings {
     Settings { resolution: [width, height], samples, threads: 1, ..Settings::default() }
 }
+
+/// The teapot's near half is cut off by the near plane.
+pub fn teapot_through_near_plane() -> Scene {
+    let mut scene = teapot_from([1.0, -5.0, 3.2], [0.2, 0.0, 1.4], 60.0);
+    scene.camera.clipping = [4.6, 7.0];
+    scene
+}
+
+/// From inside the teapot, looking at the spout: patches pass the eye on all sides.
+pub fn teapot_from_inside() -> Scene {
+    let mut scene = teapot_from([-0.6, 0.1, 1.1], [1.0, 0.0, 1.3], 100.0);
+    scene.camera.clipping = [1e-10, f32::INFINITY];
+    scene
+}
+
+/// Ground that passes under the eye and reaches to the horizon, with a wall on it.
+pub fn ground() -> Scene {
+    let mut scene = Scene::new(camera([0.0, 0.0, 1.0], [0.0, 10.0, 0.5], 70.0));
+    let lights = add_lights(&mut scene, [1.0, -2.0, 3.0]);
+    let attributes = |color| {
+        Arc::new(Attributes {
+            color,
+            surface: surface("matte"),
+            lights: Arc::clone(&lights),
+            shading_interpolation: ShadingInterpolation::Smooth,
+            ..Attributes::default()
+        })
+    };
+    let far = 900.0;
+    let corners = [[-far, -far, 0.0], [far, -far, 0.0], [-far, far, 0.0], [far, far, 0.0]];
+    add(&mut scene, bilinear(corners), DMat4::IDENTITY, &attributes([0.3, 0.7, 0.3]));
+    let wall = [[-2.0, 6.0, 0.0], [3.0, 8.0, 0.0], [-2.0, 6.0, 2.0], [3.0, 8.0, 2.0]];
+    add(&mut scene, bilinear(wall), DMat4::IDENTITY, &attributes([0.7, 0.3, 0.3]));
+    scene
+}
+
+/// Nine half transparent coloured squares behind one another, some crossing, before an opaque one.
+pub fn layers() -> Scene {
+    let mut scene = Scene::new(camera([0.0, -5.0, 0.0], [0.0; 3], 40.0));
+    for layer in 0..10 {
+        let hue = |shift: usize| [0.9, 0.5, 0.2][(layer + shift) % 3];
+        let opacity = if layer == 9 { 1.0 } else { 0.2 + 0.07 * layer as f32 };
+        let attributes = Arc::new(Attributes {
+            color: [hue(0), hue(1), hue(2)],
+            opacity: [opacity, opacity * 0.9 + 0.1, opacity],
+            surface: surface("constant"),
+            shading_interpolation: ShadingInterpolation::Smooth,
+            ..Attributes::default()
+        });
+        let (x, y, tilt) = (layer as f32 * 0.17 - 0.8, layer as f32 * 0.12, (layer % 4) as f32 * 0.3);
+        let corners = [[x - 0.7, y - tilt, -0.9], [x + 0.7, y + tilt, -0.8], [x - 0.7, y, 0.8], [x + 0.7, y, 0.9]];
+        add(&mut scene, bilinear(corners), DMat4::IDENTITY, &attributes);
+    }
+    scene
+}
+
+/// Opaque and transparent squares in one plane: only the canonical order decides.
+pub fn coplanar() -> Scene {
+    let mut scene = Scene::new(camera([0.3, -4.0, 0.2], [0.0; 3], 40.0));
+    for (ix, color) in [[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.1, 0.1, 0.9], [0.8, 0.8, 0.1]].iter().enumerate() {
+        let opacity = if ix == 2 { 0.5 } else { 1.0 };
+        let attributes = Arc::new(Attributes {
+            color: *color,
+            opacity: [opacity; 3],
+            surface: surface("constant"),
+            ..Attributes::default()
+        });
+        let (x, z) = (ix as f32 * 0.3 - 0.9, ix as f32 * 0.2 - 0.7);
+        let corners = [[x, 0.0, z], [x + 1.2, 0.0, z], [x, 0.0, z + 0.9], [x + 1.2, 0.0, z + 0.9]];
+        add(&mut scene, bilinear(corners), DMat4::IDENTITY, &attributes);
+    }
+    scene
+}

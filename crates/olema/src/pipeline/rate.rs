@@ -59,10 +59,11 @@ pub fn rate(camera: &RasterCamera, segment_px: f32, mut point: impl FnMut(f32) -
     Rate::Even(segments.round().clamp(1.0, MAX_SEGMENTS) as u32)
 }
 
-/// Depth below which lengths are not measured: the near plane in perspective; an orthographic picture has no
-/// eye plane.
+/// Depth below which lengths are not measured. It lies well in front of the near plane, where nothing is drawn
+/// but lengths are still defined, so that only what passes the eye itself is special. An orthographic picture
+/// has no eye plane.
 fn eye_depth(camera: &RasterCamera) -> f32 {
-    if camera.perspective { camera.near.max(f32::MIN_POSITIVE) } else { f32::NEG_INFINITY }
+    if camera.perspective { (camera.near / 1024.0).max(f32::MIN_POSITIVE) } else { f32::NEG_INFINITY }
 }
 
 /// Projected length in segments of a polyline, at least as long as its longest part asks; `None` where a point

@@ -252,7 +252,7 @@ proptest! {
         let bright = ShaderParam::float("intensity", 1e30);
         let l = lights(&[
             ("ambientlight", &[]),
-            ("distantlight", &[from.clone()]),
+            ("distantlight", std::slice::from_ref(&from)),
             ("pointlight", &[from.clone(), bright.clone()]),
             ("spotlight", &[from, bright, ShaderParam::float("beamdistribution", -3.5)]),
         ]);

@@ -9,10 +9,25 @@
 //! error for every argument (held by `tests.rs`). Not-a-number, infinities, zeros and negative bases answer
 //! as std's do.
 
-use super::function64::poly;
 use super::reduce::{HALF_PI_1, HALF_PI_REST, MEDIUM, ROUND, reduce};
 
 pub use super::function64::{cos64, exp64, ln64, pow64, sin64};
+
+/// Polynomial, coefficients from the highest power: even and odd powers side by side, half the latency of
+/// Horner's rule.
+#[inline(always)]
+fn poly<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
+    let square = x * x;
+    let (mut same, mut other) = (coefficients[0], coefficients[1]);
+    for ix in (2..N).step_by(2) {
+        same = same * square + coefficients[ix];
+        if ix + 1 < N {
+            other = other * square + coefficients[ix + 1];
+        }
+    }
+    // `same` holds the powers of the first coefficient's parity; the last coefficient is x^0.
+    if N % 2 == 1 { other * x + same } else { same * x + other }
+}
 
 /// Sine of r in [-pi/4, pi/4]; relative error below 2^-36.
 #[inline(always)]

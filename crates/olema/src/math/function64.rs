@@ -37,7 +37,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// Polynomial, coefficients from the highest power (Horner).
 #[inline(always)]
-pub(super) fn poly<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
+fn poly<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
     coefficients.into_iter().fold(0.0, |sum, c| sum * x + c)
 }
 

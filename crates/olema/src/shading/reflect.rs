@@ -15,7 +15,7 @@ use crate::math::function;
 pub(super) fn normalize_or_zero(v: Vec3) -> Vec3 {
     let squared = v.dot(v);
     if squared > 1e-30 && squared < 1e30 {
-        return v / squared.sqrt();
+        return v * (1.0 / squared.sqrt());
     }
     // The square would lose digits or overflow: bring the longest component to 1 first.
     let longest = v.x.abs().max(v.y.abs()).max(v.z.abs());

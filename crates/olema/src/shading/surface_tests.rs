@@ -252,9 +252,9 @@ proptest! {
         let bright = ShaderParam::float("intensity", 1e30);
         let l = lights(&[
             ("ambientlight", &[]),
-            ("distantlight", &[from.clone()]),
+            ("distantlight", std::slice::from_ref(&from)),
             ("pointlight", &[from.clone(), bright.clone()]),
-            ("spotlight", &[from, bright, ShaderParam::float("beamdistribution", -3.5)]),
+            ("spotlight", &[from.clone(), bright, ShaderParam::float("beamdistribution", -3.5)]),
         ]);
         let mut p = points(&[n], &[i]);
         p.cs = Vec3s::splat(Vec3::new(0.0, 1.0, 1e-3), 1);

@@ -62,7 +62,7 @@ impl Meter {
     pub fn new(kind: ProgressKind, quiet: bool, frame: i32) -> Self {
         let style = style(kind, quiet);
         let bar = if style == Style::Bar {
-            let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
+            let bar = ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr());
             let template = "{prefix} {msg:5} [{bar:40}] {percent:>3} % {elapsed}, {eta} left";
             // A wrong template shows as the plain bar.
             let looks =
@@ -83,6 +83,7 @@ impl Meter {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.stage != progress.stage {
             *state = State { stage: progress.stage, stage_began: Instant::now(), last: None, tenths: 0 };
+            self.bar.set_length(progress.total);
             self.bar.reset();
             self.bar.set_message(progress.stage);
         }
@@ -92,7 +93,7 @@ impl Meter {
                 self.bar.set_position(progress.done);
             }
             Style::Plain | Style::Json => {
-                if let Some(line) = self.line(&mut state, progress) {
+                if let Some(line) = self.line(&mut state, progress, Instant::now()) {
                     // A closed standard error is no reason to stop rendering.
                     let _ = std::io::stderr().lock().write_all(line.as_bytes());
                 }
@@ -128,16 +129,15 @@ impl Meter {
         let _ = writeln!(std::io::stderr().lock(), "{line}");
     }
 
-    /// The line to print now, if it is time for one.
-    fn line(&self, state: &mut State, progress: Progress) -> Option<String> {
+    /// The line to print, if it is time for one. A stage that is done at once needs no plain line.
+    fn line(&self, state: &mut State, progress: Progress, now: Instant) -> Option<String> {
         let Progress { stage, done, total } = progress;
-        let now = Instant::now();
         let tenths = (done.saturating_mul(10)).checked_div(total).unwrap_or(0).min(10);
         let ended = total > 0 && done >= total;
-        let since = state.last.map_or(Duration::MAX, |last| now - last);
+        let since = now - state.last.unwrap_or(state.stage_began);
         let due = match self.style {
-            Style::Json => since >= JSON_EVERY || ended && state.tenths < 10,
-            _ => tenths > state.tenths && (since >= PLAIN_EVERY || ended),
+            Style::Json => state.last.is_none() || since >= JSON_EVERY || ended && state.tenths < 10,
+            _ => tenths > state.tenths && (since >= PLAIN_EVERY || ended && state.last.is_some()),
         };
         if !due {
             return None;
@@ -177,27 +177,42 @@ fn time_left(elapsed: Duration, done: u64, total: u64) -> Option<Duration> {
 mod tests {
     use super::*;
 
-    fn lines(kind: ProgressKind, steps: &[(&'static str, u64, u64)]) -> Vec<String> {
+    /// What is printed for steps (done, total) of a stage, each at its second.
+    fn lines(kind: ProgressKind, steps: impl IntoIterator<Item = (f64, u64, u64)>) -> Vec<String> {
         let meter = Meter::new(kind, false, 3);
-        let mut state = State { stage: "", stage_began: Instant::now(), last: None, tenths: 0 };
-        let step = |(stage, done, total): &(&'static str, u64, u64)| {
-            meter.line(&mut state, Progress { stage, done: *done, total: *total })
+        let began = Instant::now();
+        let mut state = State { stage: "draw", stage_began: began, last: None, tenths: 0 };
+        let step = |(seconds, done, total)| {
+            let now = began + Duration::from_secs_f64(seconds);
+            meter.line(&mut state, Progress { stage: "draw", done, total }, now)
         };
-        steps.iter().filter_map(step).collect()
+        steps.into_iter().filter_map(step).collect()
     }
 
     #[test]
     fn plain_lines_are_few_and_the_end_is_told_once() {
-        let steps: Vec<_> = (0..=1000).map(|n| ("draw", n, 1000)).chain([("draw", 1000, 1000)]).collect();
-        let lines = lines(ProgressKind::Plain, &steps);
-        assert!(lines.len() <= 3, "{lines:?}");
-        assert!(lines.last().is_some_and(|l| l.starts_with("frame 3: draw 100 %")), "{lines:?}");
+        let steps = (0..=1000).map(|n| (n as f64 * 0.01, n, 1000)).chain([(10.0, 1000, 1000)]);
+        let lines = lines(ProgressKind::Plain, steps);
+        assert_eq!(
+            lines,
+            [
+                "frame 3: draw 20 % (2.0 s, 8 s left)\n",
+                "frame 3: draw 40 % (4.0 s, 6 s left)\n",
+                "frame 3: draw 60 % (6.0 s, 4 s left)\n",
+                "frame 3: draw 80 % (8.0 s, 2 s left)\n",
+                "frame 3: draw 100 % (10.0 s)\n",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_stage_that_is_done_at_once_needs_no_plain_line() {
+        assert!(lines(ProgressKind::Plain, (0..=1000).map(|n| (n as f64 * 1e-3, n, 1000))).is_empty());
     }
 
     #[test]
     fn json_lines_are_objects() {
-        let lines =
-            lines(ProgressKind::Json, &[("split", 0, 4), ("split", 1, 4), ("split", 4, 4), ("split", 4, 4)]);
+        let lines = lines(ProgressKind::Json, [(0.0, 0, 4), (0.01, 1, 4), (0.02, 4, 4), (0.03, 4, 4)]);
         assert_eq!(lines.len(), 2, "{lines:?}");
         for line in &lines {
             let object: serde_json::Value = serde_json::from_str(line).unwrap();
@@ -208,7 +223,7 @@ mod tests {
 
     #[test]
     fn an_unknown_total_divides_by_nothing() {
-        assert!(lines(ProgressKind::Plain, &[("draw", 5, 0)]).is_empty());
+        assert!(lines(ProgressKind::Plain, [(9.0, 5, 0)]).is_empty());
         assert_eq!(time_left(Duration::from_secs(1), 0, 0), None);
         assert_eq!(time_left(Duration::from_secs(2), 1, 4), Some(Duration::from_secs(6)));
     }

@@ -158,7 +158,7 @@ pub struct DiffArgs {
     #[arg(long, value_name = "T", default_value = "0")]
     pub tolerance: Tolerance,
 
-    /// Picture of the differences to write (.png): 0 is black, the largest one white
+    /// Picture of the differences to write (.png), brightened so that the largest shows
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 }

@@ -7,18 +7,8 @@ use std::path::{Path, PathBuf};
 use olema::{Image, Settings};
 use olema_formats::rib::Display;
 
+use crate::compare::Picture8;
 use crate::exit::{self, Failure};
-
-/// Pixels of 8-bit red, green, blue and alpha, rows from the top.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Rgba8 {
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// `4 * width * height` bytes.
-    pub bytes: Vec<u8>,
-}
 
 /// Bytes of pixels that a PNG may unpack to: 16384 x 16384.
 const LARGEST: usize = 4 << 28;
@@ -41,14 +31,14 @@ pub fn write(
             *byte = (value.clamp(0.0, 1.0) * 255.0).round() as u8;
         }
     }
-    write_rgba8(path, &Rgba8 { width, height, bytes })
+    write_picture8(path, &Picture8 { width, height, rgba: bytes })
 }
 
 /// Writes 8-bit pixels under a temporary name and renames it.
 ///
 /// # Errors
 /// As [`write`].
-pub fn write_rgba8(path: &Path, picture: &Rgba8) -> Result<(), Failure> {
+pub fn write_picture8(path: &Path, picture: &Picture8) -> Result<(), Failure> {
     let temporary = temporary_name(path);
     let encode = || -> Result<(), Box<dyn std::error::Error>> {
         let mut file = BufWriter::new(File::create(&temporary)?);
@@ -56,7 +46,7 @@ pub fn write_rgba8(path: &Path, picture: &Rgba8) -> Result<(), Failure> {
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(&picture.bytes)?;
+        writer.write_image_data(&picture.rgba)?;
         writer.finish()?;
         file.flush()?;
         drop(file);
@@ -73,8 +63,8 @@ pub fn write_rgba8(path: &Path, picture: &Rgba8) -> Result<(), Failure> {
 ///
 /// # Errors
 /// An asset failure that names the file.
-pub fn read(path: &Path) -> Result<Rgba8, Failure> {
-    let decode = || -> Result<Rgba8, Box<dyn std::error::Error>> {
+pub fn read(path: &Path) -> Result<Picture8, Failure> {
+    let decode = || -> Result<Picture8, Box<dyn std::error::Error>> {
         let mut decoder = png::Decoder::new(BufReader::new(File::open(path)?));
         decoder
             .set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
@@ -84,14 +74,14 @@ pub fn read(path: &Path) -> Result<Rgba8, Failure> {
         let mut data = vec![0; size];
         let info = reader.next_frame(&mut data)?;
         data.truncate(info.buffer_size());
-        let bytes = match info.color_type {
+        let rgba = match info.color_type {
             png::ColorType::Rgba => data,
             png::ColorType::GrayscaleAlpha => {
                 data.chunks_exact(2).flat_map(|ga| [ga[0], ga[0], ga[0], ga[1]]).collect()
             }
             other => return Err(format!("expected colour or grey, found {other:?}").into()),
         };
-        Ok(Rgba8 { width: info.width, height: info.height, bytes })
+        Ok(Picture8 { width: info.width, height: info.height, rgba })
     };
     decode().map_err(|error| {
         Failure::new(exit::SCENE, format!("{}: cannot be read as PNG: {error}", path.display()))

@@ -69,7 +69,7 @@ fn the_difference_picture_shows_where() {
     assert_eq!(ran.code, 1);
     assert!(ran.out.ends_with("d.png\n"), "{}", ran.out);
     assert_eq!(png_size(&bench.path("d.png")), [8, 6]);
-    bench.png("expected.png", 8, 6, |x, y| if (x, y) == (3, 2) { [255; 4] } else { [0, 0, 0, 255] });
+    bench.png("expected.png", 8, 6, |x, y| if (x, y) == (3, 2) { [0, 0, 255, 255] } else { [0, 0, 0, 255] });
     assert_eq!(bench.run(&["diff", "d.png", "expected.png"]).code, 0);
     assert_eq!(bench.names(), ["a.png", "b.png", "d.png", "expected.png"]);
 }
@@ -81,7 +81,7 @@ fn pictures_of_different_sizes_differ_whatever_the_tolerance() {
     bench.png("b.png", 6, 8, ramp);
     let ran = bench.run(&["diff", "a.png", "b.png", "--tolerance", "255", "-o", "d.png"]);
     assert_eq!(ran.code, 1);
-    assert_eq!(ran.out, "sizes differ: 8x6 and 6x8\n");
+    assert_eq!(ran.out, "the pictures differ in size: 8x6 and 6x8 pixels\n");
     assert_eq!(bench.names(), ["a.png", "b.png"]);
 }
 

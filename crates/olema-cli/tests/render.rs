@@ -253,7 +253,9 @@ fn a_signal_ends_a_wait_for_standard_input() {
     let bench = Bench::new();
     let mut child = bench.spawn(&["render", "-", "-o", "a.png", "--stats", "s.json"]);
     let mut input = child.stdin.take().unwrap();
-    std::io::Write::write_all(&mut input, SQUARE.as_bytes()).unwrap();
+    // More than a reader may want to look ahead before it draws the first world.
+    let scene = format!("{SQUARE}{}", "\n".repeat(1 << 20));
+    std::io::Write::write_all(&mut input, scene.as_bytes()).unwrap();
     // The first picture is there, and the command waits for more.
     wait_until(|| bench.path("s.json").exists());
     signal(&child, "INT");

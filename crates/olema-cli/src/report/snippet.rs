@@ -6,6 +6,9 @@ use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpa
 use olema_formats::{Diagnostic, Severity};
 use serde_json::json;
 
+/// Bytes of a long line that readers keep before the place they speak of.
+const BEFORE: usize = 100;
+
 /// A diagnostic whose text is safe to print.
 #[derive(Debug)]
 pub struct Message {
@@ -64,12 +67,13 @@ impl Message {
 
 /// The pointer into the excerpt: from the column to the end of the word there.
 ///
-/// A line of 200 bytes may be a part of a longer one that starts anywhere; a column beyond it points nowhere.
+/// The excerpt of a long line begins [`BEFORE`] bytes before the column. Where that is no place in it (what was
+/// no UTF-8 may have changed the number of bytes), there is no pointer.
 fn pointer(text: &str, column: u32) -> Option<SourceSpan> {
     if text.is_empty() {
         return None;
     }
-    let start = (column as usize).checked_sub(1)?;
+    let start = (column as usize).checked_sub(1)?.min(BEFORE);
     let from = text.get(start..)?;
     let ends = |c: char| c.is_whitespace() || "[]".contains(c);
     let quoted = from.strip_prefix('"').and_then(|rest| rest.find('"')).map(|end| end + 2);
@@ -185,6 +189,16 @@ mod tests {
         let mark = lines[at + 1].find(['^', '-']).unwrap();
         assert_eq!(mark, place, "{text}");
         assert!(lines[at].contains("12 |"), "{text}");
+    }
+
+    #[test]
+    fn the_excerpt_of_a_long_line_begins_a_hundred_bytes_before_the_place() {
+        let line = format!("{}\"foo\" 1", "1 ".repeat(50));
+        let text = rendered(&diagnostic(5001, Some(&line)));
+        assert!(text.contains("a.rib:12:5001"), "{text}");
+        let lines: Vec<&str> = text.lines().collect();
+        let at = lines.iter().position(|l| l.contains("12 |")).unwrap();
+        assert_eq!(lines[at + 1].find(['^', '-']), lines[at].find("\"foo\""), "{text}");
     }
 
     #[test]

@@ -1,8 +1,13 @@
 //! Pictures: channels of floats, reconstruction filters, exposure and quantization.
 
+pub mod compare;
 mod filter;
+mod finish;
+mod picture;
 
 pub use filter::{Filter, FilterKind};
+pub use finish::{dither_noise, finish_pixel, quantize, srgb_decode, srgb_encode};
+pub use picture::Picture8;
 
 /// A picture: planar channels over a window of the full frame.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,8 @@
 //! `olema diff`: how far two pictures are apart.
 
+use olema::image::{Picture8, compare};
+
 use crate::args::DiffArgs;
-use crate::compare::{self, Picture8};
 use crate::exit::{self, Failure};
 use crate::output;
 use crate::picture;
@@ -36,7 +37,7 @@ fn compare_files(args: &DiffArgs) -> Result<u8, Failure> {
         // Small differences are to be seen as well: the largest gets as bright as a whole factor makes it.
         let gain = 255 / (found.max as u32).max(1);
         if let Ok(picture) = compare::difference_picture(&a, &b, gain) {
-            picture::write_picture8(path, &picture)?;
+            picture::write_bytes(path, &picture)?;
             report::print(&format!("{}\n", path.display()))?;
         }
     }

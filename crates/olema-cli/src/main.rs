@@ -4,7 +4,6 @@
 //! that the libraries leave to their caller is here: printing, the clock, the system, the choice of file names.
 
 mod args;
-mod compare;
 mod diff;
 mod exit;
 mod info;

@@ -72,7 +72,10 @@ impl Names {
             }
             directory => {
                 let directory = directory.clone().unwrap_or_default();
-                self.unused(&directory, &plain_name(subject.display, subject.scene), subject.frame)
+                let path =
+                    self.unused(&directory, &plain_name(subject.display, subject.scene), subject.frame);
+                refuse_link(&path)?;
+                path
             }
         };
         check_target("-o", &path)?;
@@ -96,33 +99,54 @@ fn is_directory(path: &Path) -> bool {
         || path.as_os_str().as_encoded_bytes().last().is_some_and(|b| std::path::is_separator(*b as char))
 }
 
-/// Checks that a picture can be written to `path`.
+/// A scene may come with a link beside it; a name that the scene chose must not lead elsewhere through one.
+fn refuse_link(path: &Path) -> Result<(), Failure> {
+    if path.is_symlink() {
+        let problem = format!("{}: is a link; say -o {0} if it is to be written through", path.display());
+        return Err(Failure::new(exit::RENDER, problem));
+    }
+    Ok(())
+}
+
+/// Checks that a picture can be written to `path`: a name in .png in a directory that is there, or a device.
 ///
 /// # Errors
 /// A usage failure that begins with the option's name.
 pub fn check_target(option: &str, path: &Path) -> Result<(), Failure> {
-    let fail =
-        |problem: &str| Err(Failure::new(exit::USAGE, format!("{option} {}: {problem}", path.display())));
-    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-        return fail("expected a name that ends in .png, the only format written");
-    }
-    check_place(path).or_else(|problem| fail(&problem))
+    let named_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    let problem = if path.is_dir() {
+        "is a directory".to_owned()
+    } else if path.exists() && !path.is_file() {
+        return Ok(());
+    } else if !named_png {
+        "expected a name that ends in .png, the only format written".to_owned()
+    } else {
+        match check_directory(path) {
+            Ok(()) => return Ok(()),
+            Err(problem) => problem,
+        }
+    };
+    Err(Failure::new(exit::USAGE, format!("{option} {}: {problem}", path.display())))
 }
 
-/// Checks that a file may be put at `path`: its directory is there, and no device or directory is in the way
-/// (the file is renamed into place, which would replace a device).
+/// Checks that a file may be renamed to `path`: its directory is there, and nothing but a plain file is in the
+/// way.
 ///
 /// # Errors
 /// What is wrong.
 pub fn check_place(path: &Path) -> Result<(), String> {
-    let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !directory.is_dir() {
-        return Err(format!("the directory {} does not exist", directory.display()));
+    if path.exists() && !path.is_file() {
+        return Err("is not a plain file and will not be replaced".to_owned());
     }
-    match std::fs::metadata(path) {
-        Ok(there) if there.is_dir() => Err("is a directory".to_owned()),
-        Ok(there) if !there.is_file() => Err("is not a plain file and will not be replaced".to_owned()),
-        _ => Ok(()),
+    check_directory(path)
+}
+
+fn check_directory(path: &Path) -> Result<(), String> {
+    let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if directory.is_dir() {
+        Ok(())
+    } else {
+        Err(format!("the directory {} does not exist", directory.display()))
     }
 }
 
@@ -259,9 +283,12 @@ mod tests {
             assert_eq!(failure.code, exit::USAGE);
             assert!(failure.message.contains(word), "{}", failure.message);
         }
-        assert!(check_place(Path::new("/")).is_err());
+        assert!(check_place(Path::new("/")).unwrap_err().contains("plain file"));
         #[cfg(unix)]
-        assert!(check_place(Path::new("/dev/null")).unwrap_err().contains("plain file"));
+        {
+            assert!(check_place(Path::new("/dev/null")).unwrap_err().contains("plain file"));
+            assert_eq!(check_target("-o", Path::new("/dev/null")), Ok(()));
+        }
     }
 
     #[test]

@@ -1,96 +1,87 @@
-//! Pictures on disk: PNG with 8 bits a channel, colour and alpha.
+//! Pictures on disk, as the command asks for them.
 
-use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use olema::image::Picture8;
 use olema::{Image, Settings};
-use olema_formats::rib::Display;
+use olema_formats::image_file::{self, ImageError, PngMode, PngOptions};
+use olema_formats::rib::{Display, Quantize};
 
-use crate::compare::Picture8;
 use crate::exit::{self, Failure};
 
-/// Bytes of pixels that a PNG may unpack to: 16384 x 16384.
-const LARGEST: usize = 4 << 28;
-
-/// Writes a rendered picture under a temporary name and renames it.
+/// Writes a rendered picture with the channels and the quantization of the scene's display.
 ///
 /// # Errors
-/// A render failure with the system's word; the temporary file is gone then.
+/// A render failure that names the file.
 pub fn write(
     path: &Path,
     image: &Image,
-    _settings: &Settings,
-    _display: Option<&Display>,
+    settings: &Settings,
+    display: Option<&Display>,
 ) -> Result<(), Failure> {
-    let (width, height) = (image.width() as u32, image.height() as u32);
-    let mut bytes = vec![0; 4 * image.width() * image.height()];
-    for (ix, name) in ["r", "g", "b", "a"].into_iter().enumerate() {
-        let values = image.channel(name).map(|c| c.values.as_slice()).unwrap_or_default();
-        for (byte, value) in bytes.iter_mut().skip(ix).step_by(4).zip(values) {
-            *byte = (value.clamp(0.0, 1.0) * 255.0).round() as u8;
-        }
+    let mut options = PngOptions { gamma: settings.exposure[1], ..PngOptions::default() };
+    if let Some(display) = display {
+        options.quantize = display.quantize;
+        options.mode = if display.mode == "rgb" { PngMode::Rgb } else { PngMode::Rgba };
     }
-    write_picture8(path, &Picture8 { width, height, rgba: bytes })
+    image_file::write_png(path, image, &options).map_err(|e| failure(exit::RENDER, &e))
 }
 
-/// Writes 8-bit pixels under a temporary name and renames it.
+/// Writes opaque bytes as they are.
 ///
 /// # Errors
-/// As [`write`].
-pub fn write_picture8(path: &Path, picture: &Picture8) -> Result<(), Failure> {
-    let temporary = temporary_name(path);
-    let encode = || -> Result<(), Box<dyn std::error::Error>> {
-        let mut file = BufWriter::new(File::create(&temporary)?);
-        let mut encoder = png::Encoder::new(&mut file, picture.width, picture.height);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&picture.rgba)?;
-        writer.finish()?;
-        file.flush()?;
-        drop(file);
-        std::fs::rename(&temporary, path)?;
-        Ok(())
-    };
-    encode().map_err(|error| {
-        let _ = std::fs::remove_file(&temporary);
-        Failure::new(exit::RENDER, format!("{}: {error}", path.display()))
-    })
+/// A render failure that names the file.
+pub fn write_bytes(path: &Path, picture: &Picture8) -> Result<(), Failure> {
+    let frame = [picture.width, picture.height];
+    let mut image = Image::new(frame, [0, frame[0], 0, frame[1]], &["r", "g", "b"]);
+    for (ix, channel) in image.channels.iter_mut().enumerate() {
+        let bytes = picture.rgba.iter().skip(ix).step_by(4);
+        channel.values = bytes.map(|byte| f32::from(*byte) / 255.0).collect();
+    }
+    let quantize = Quantize { one: 255, min: 0, max: 255, dither: 0.0 };
+    // Any gamma but 1 says that the values are on a display's curve already.
+    let options = PngOptions { mode: PngMode::Rgb, quantize, gamma: 2.2 };
+    image_file::write_png(path, &image, &options).map_err(|e| failure(exit::RENDER, &e))
 }
 
-/// Reads a PNG of any depth and kind of colour as 8-bit RGBA.
+/// Reads a picture.
 ///
 /// # Errors
 /// An asset failure that names the file.
 pub fn read(path: &Path) -> Result<Picture8, Failure> {
-    let decode = || -> Result<Picture8, Box<dyn std::error::Error>> {
-        let mut decoder = png::Decoder::new(BufReader::new(File::open(path)?));
-        decoder
-            .set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
-        decoder.set_limits(png::Limits { bytes: LARGEST });
-        let mut reader = decoder.read_info()?;
-        let size = reader.output_buffer_size().filter(|s| *s <= LARGEST).ok_or("the picture is too large")?;
-        let mut data = vec![0; size];
-        let info = reader.next_frame(&mut data)?;
-        data.truncate(info.buffer_size());
-        let rgba = match info.color_type {
-            png::ColorType::Rgba => data,
-            png::ColorType::GrayscaleAlpha => {
-                data.chunks_exact(2).flat_map(|ga| [ga[0], ga[0], ga[0], ga[1]]).collect()
-            }
-            other => return Err(format!("expected colour or grey, found {other:?}").into()),
-        };
-        Ok(Picture8 { width: info.width, height: info.height, rgba })
-    };
-    decode().map_err(|error| {
-        Failure::new(exit::SCENE, format!("{}: cannot be read as PNG: {error}", path.display()))
-    })
+    image_file::read_png(path).map_err(|e| failure(exit::SCENE, &e))
 }
 
-/// Beside the picture, so that the rename stays on one file system.
-fn temporary_name(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    PathBuf::from(name)
+fn failure(code: u8, error: &ImageError) -> Failure {
+    Failure::new(code, error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_come_back_as_they_were() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("all.png");
+        let rgba = (0..=255).flat_map(|n: u8| [n, 255 - n, n / 2, 255]).collect();
+        let picture = Picture8 { width: 16, height: 16, rgba };
+        write_bytes(&path, &picture).unwrap();
+        assert_eq!(read(&path).unwrap(), picture);
+    }
+
+    #[test]
+    fn the_display_decides_on_alpha() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.png");
+        let mut image = Image::new([1, 1], [0, 1, 0, 1], &["r", "g", "b", "a", "z"]);
+        image.channels[3].values = vec![0.5];
+        for (mode, alpha) in [("rgb", 255), ("rgba", 128)] {
+            let quantize = Quantize { one: 255, min: 0, max: 255, dither: 0.0 };
+            let display =
+                Display { name: String::new(), driver: String::new(), mode: mode.to_owned(), quantize };
+            write(&path, &image, &Settings::default(), Some(&display)).unwrap();
+            assert_eq!(read(&path).unwrap().pixel(0, 0)[3], alpha);
+        }
+    }
 }

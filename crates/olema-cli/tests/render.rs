@@ -47,6 +47,34 @@ fn a_scene_cannot_write_outside_the_current_directory() {
     assert_eq!(std::fs::read_dir(bench.path("victim")).unwrap().count(), 0);
 }
 
+#[cfg(unix)]
+#[test]
+#[ignore = "needs the engine"]
+fn a_scene_cannot_write_through_a_link() {
+    let bench = Bench::new();
+    bench.file("a.rib", SQUARE);
+    bench.file("precious", "mine");
+    std::os::unix::fs::symlink("precious", bench.path("square.png")).unwrap();
+    let ran = bench.run(&["render", "a.rib"]);
+    assert_eq!(ran.code, 1);
+    assert!(ran.err.contains("is a link"), "{}", ran.err);
+    assert_eq!(std::fs::read_to_string(bench.path("precious")).unwrap(), "mine");
+    // Named by the user it is written.
+    assert_eq!(bench.run(&["render", "a.rib", "-o", "square.png"]).code, 0);
+    assert_eq!(png_size(&bench.path("precious")), [32, 24]);
+}
+
+#[cfg(unix)]
+#[test]
+#[ignore = "needs the engine"]
+fn a_device_is_written_to_and_stays() {
+    let bench = Bench::new();
+    bench.file("a.rib", SQUARE);
+    let ran = bench.run(&["render", "a.rib", "-o", "/dev/null"]);
+    assert_eq!((ran.code, ran.out.as_str()), (0, "/dev/null\n"), "{}", ran.err);
+    assert!(!std::path::Path::new("/dev/null").is_file());
+}
+
 #[test]
 #[ignore = "needs the engine"]
 fn a_render_again_replaces_the_picture() {

@@ -1,1 +1,6 @@
 //! Scenes, comparisons, goldens and benches shared by the tests of all engines.
+
+pub mod closed;
+pub mod cracks;
+pub mod scenes;
+pub mod teapot;

@@ -50,6 +50,23 @@ impl Image {
         (self.window_px[3] - self.window_px[2]) as usize
     }
 
+    /// A copy of the part within `window_px`, which must lie in this picture's own window.
+    pub fn part(&self, window_px: [u32; 4]) -> Image {
+        let [x0, x1, y0, y1] = window_px;
+        let width = self.width();
+        let [own_x, _, own_y, _] = self.window_px;
+        let copy = |channel: &Channel| Channel {
+            name: channel.name.clone(),
+            values: (y0..y1)
+                .flat_map(|y| {
+                    let first = (y - own_y) as usize * width + (x0 - own_x) as usize;
+                    channel.values[first..first + (x1 - x0) as usize].iter().copied()
+                })
+                .collect(),
+        };
+        Image { frame_px: self.frame_px, window_px, channels: self.channels.iter().map(copy).collect() }
+    }
+
     /// The channel of that name.
     pub fn channel(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|c| c.name == name)

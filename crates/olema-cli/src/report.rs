@@ -193,3 +193,38 @@ pub fn print(text: &str) -> Result<(), Failure> {
         _ => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many of `texts`, each a warning, are shown.
+    fn shown(options: Options, texts: impl Iterator<Item = String>) -> usize {
+        let mut reporter = Reporter::new(options);
+        let mut show = |text| {
+            let diagnostic = placeless(Severity::Warning, text);
+            let is_shown = reporter.is_shown(&diagnostic);
+            *reporter.shown.of(Severity::Warning) += u64::from(is_shown);
+            is_shown
+        };
+        texts.filter(|text| show(text.clone())).count()
+    }
+
+    #[test]
+    fn what_repeats_is_cut_short() {
+        let same = || (0..1000).map(|_| "same".to_owned());
+        let different = || (0..1000).map(|n| format!("warning {n}"));
+        assert_eq!(shown(Options::default(), same()), SAME as usize);
+        assert_eq!(shown(Options::default(), different()), MANY as usize);
+        assert_eq!(shown(Options { verbose: true, ..Options::default() }, same()), 1000);
+        assert_eq!(shown(Options { quiet: true, ..Options::default() }, different()), 0);
+    }
+
+    #[test]
+    fn quiet_keeps_errors_and_counts_the_rest() {
+        let mut reporter = Reporter::new(Options { quiet: true, ..Options::default() });
+        reporter.warning("a warning");
+        assert_eq!(reporter.counts(), Counts { errors: 0, warnings: 1, notes: 0 });
+        assert!(reporter.is_shown(&placeless(Severity::Error, "an error".to_owned())));
+    }
+}

@@ -130,6 +130,17 @@ fn standard_input_is_a_scene() {
 
 #[test]
 #[ignore = "needs the engine"]
+fn a_picture_beyond_memory_exits_4() {
+    let bench = Bench::new();
+    bench.file("a.rib", SQUARE);
+    let ran = bench.run(&["render", "a.rib", "--res", "65535x65535"]);
+    assert_eq!(ran.code, 4, "{}", ran.err);
+    assert!(ran.err.contains("out of memory"), "{}", ran.err);
+    assert_eq!(bench.names(), ["a.rib"]);
+}
+
+#[test]
+#[ignore = "needs the engine"]
 fn crops_have_the_size_of_the_window() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);

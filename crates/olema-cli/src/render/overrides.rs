@@ -36,7 +36,7 @@ pub fn settings(args: &RenderArgs, scene: Settings) -> Result<Settings, Failure>
         settings.bucket = bucket;
     }
     settings.seed = args.seed.unwrap_or(settings.seed);
-    settings.pattern_tile = args.tile.unwrap_or(settings.pattern_tile);
+    settings.pattern_tile = args.tile.or(settings.pattern_tile);
     settings.permutations = args.permutations.unwrap_or(settings.permutations);
     settings.tile = args.raster_tile.or(settings.tile);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);

@@ -10,7 +10,11 @@ fn main() {
         "coplanar" => conformance::scenes::coplanar(),
         _ => conformance::scenes::teapot(),
     };
-    let settings = olema::Settings { resolution: [args[2].parse().unwrap(), args[3].parse().unwrap()], threads: 1, ..Default::default() };
+    let settings = olema::Settings {
+        resolution: [args[2].parse().unwrap(), args[3].parse().unwrap()],
+        threads: 1,
+        ..Default::default()
+    };
     let t0 = std::time::Instant::now();
     let clock = move || t0.elapsed().as_secs_f64();
     let hooks = olema::Hooks { clock: Some(&clock), ..Default::default() };
@@ -22,7 +26,10 @@ fn main() {
     let mut bytes = vec![];
     for i in 0..img.width() * img.height() {
         for c in 0..3 {
-            bytes.push((olema::image::srgb_encode(img.channels[c].values[i]) * 255.0).round().clamp(0.0, 255.0) as u8);
+            bytes.push(
+                (olema::image::srgb_encode(img.channels[c].values[i]) * 255.0).round().clamp(0.0, 255.0)
+                    as u8,
+            );
         }
     }
     out.write_all(&bytes).unwrap();

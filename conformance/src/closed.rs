@@ -87,7 +87,13 @@ fn turn(steps: f64) -> [f64; 2] {
     [angle.cos(), angle.sin()]
 }
 
-fn wrapped(kind: PatchKind, nu: usize, nv: usize, wrap_v: bool, points: Vec<[f32; 3]>) -> olema::scene::Geometry {
+fn wrapped(
+    kind: PatchKind,
+    nu: usize,
+    nv: usize,
+    wrap_v: bool,
+    points: Vec<[f32; 3]>,
+) -> olema::scene::Geometry {
     olema::scene::Geometry::Patches(Arc::new(PatchMesh {
         kind,
         nu,

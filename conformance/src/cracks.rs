@@ -50,13 +50,8 @@ pub fn signed_hits(scene: &Scene, settings: &Settings) -> Result<CrackReport, Er
     let mut report = CrackReport::default();
     let stats = grids(scene, settings, |grid| {
         report.grids += 1;
-        let view = GridView {
-            m: grid.m as usize,
-            n: grid.n as usize,
-            x: &grid.x,
-            y: &grid.y,
-            depth: &grid.depth,
-        };
+        let view =
+            GridView { m: grid.m as usize, n: grid.n as usize, x: &grid.x, y: &grid.y, depth: &grid.depth };
         rasterize_grid(view, Facing::Any, None, &samples, &mut SampleCounts::default(), &mut counts);
     })?;
     report.welds = stats.welds;

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 use olema::scene::{
-    Attributes, Camera, Geometry, Keyed, Light, PatchBasis, PatchKind, PatchMesh, Points, Primitive, Projection,
-    ShadingInterpolation,
+    Attributes, Camera, Geometry, Keyed, Light, PatchBasis, PatchKind, PatchMesh, Points, Primitive,
+    Projection, ShadingInterpolation,
 };
 use olema::shading::{self, ParamValue, ShaderParam};
 use olema::{Scene, Settings};
@@ -171,7 +171,8 @@ pub fn layers() -> Scene {
             ..Attributes::default()
         });
         let (x, y, tilt) = (layer as f32 * 0.17 - 0.8, layer as f32 * 0.12, (layer % 4) as f32 * 0.3);
-        let corners = [[x - 0.7, y - tilt, -0.9], [x + 0.7, y + tilt, -0.8], [x - 0.7, y, 0.8], [x + 0.7, y, 0.9]];
+        let corners =
+            [[x - 0.7, y - tilt, -0.9], [x + 0.7, y + tilt, -0.8], [x - 0.7, y, 0.8], [x + 0.7, y, 0.9]];
         add(&mut scene, bilinear(corners), DMat4::IDENTITY, &attributes);
     }
     scene
@@ -180,7 +181,8 @@ pub fn layers() -> Scene {
 /// Opaque and transparent squares in one plane: only the canonical order decides.
 pub fn coplanar() -> Scene {
     let mut scene = Scene::new(camera([0.3, -4.0, 0.2], [0.0; 3], 40.0));
-    for (ix, color) in [[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.1, 0.1, 0.9], [0.8, 0.8, 0.1]].iter().enumerate() {
+    for (ix, color) in [[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.1, 0.1, 0.9], [0.8, 0.8, 0.1]].iter().enumerate()
+    {
         let opacity = if ix == 2 { 0.5 } else { 1.0 };
         let attributes = Arc::new(Attributes {
             color: *color,

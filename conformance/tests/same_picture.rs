@@ -4,7 +4,11 @@ use conformance::scenes::{self, small};
 use olema::{Hooks, Image, Renderer, Scene, Settings};
 
 fn draw(scene: &Scene, settings: &Settings) -> Image {
-    Renderer::new(settings.clone()).expect("valid settings").render(scene, &Hooks::default()).expect("a picture").image
+    Renderer::new(settings.clone())
+        .expect("valid settings")
+        .render(scene, &Hooks::default())
+        .expect("a picture")
+        .image
 }
 
 fn bits(image: &Image) -> Vec<u32> {
@@ -103,7 +107,8 @@ fn counts_do_not_depend_on_threads() {
     let scene = scenes::teapot();
     let count = |threads| {
         let settings = Settings { threads, tile: Some(16), ..small(64, 48, [2, 2]) };
-        let frame = Renderer::new(settings).expect("valid").render(&scene, &Hooks::default()).expect("a picture");
+        let frame =
+            Renderer::new(settings).expect("valid").render(&scene, &Hooks::default()).expect("a picture");
         frame.stats
     };
     let (one, three) = (count(1), count(3));

@@ -149,7 +149,8 @@ impl<'a> FrameData<'a> {
         let limit = self.tiles.side as i32;
         let mut stack = vec![context.whole(patch)];
         while let Some(piece) = stack.pop() {
-            let Some(Bound { pixels, depth }) = count_unseen(bound(&self.patches, &self.camera, &piece, &region), stats)
+            let Some(Bound { pixels, depth }) =
+                count_unseen(bound(&self.patches, &self.camera, &piece, &region), stats)
             else {
                 continue;
             };

@@ -187,7 +187,11 @@ impl Renderer {
 ///
 /// # Errors
 /// As [`Renderer::new`] and [`Renderer::render`].
-pub fn grids(scene: &Scene, settings: &Settings, mut visit: impl FnMut(&crate::pipeline::Grid)) -> Result<Stats, Error> {
+pub fn grids(
+    scene: &Scene,
+    settings: &Settings,
+    mut visit: impl FnMut(&crate::pipeline::Grid),
+) -> Result<Stats, Error> {
     use crate::pipeline::{dice::dice, shade::shade, split::Fate};
     settings.validate()?;
     scene.validate()?;

@@ -31,7 +31,8 @@ impl Output {
             return Err(Error::Memory { what: "the picture", needed, granted });
         }
         let bucket = [settings.bucket[0].min(width), settings.bucket[1].min(height)];
-        let mut output = Output { image: Image::new(settings.resolution, window, &CHANNELS), bucket, missing: Vec::new() };
+        let mut output =
+            Output { image: Image::new(settings.resolution, window, &CHANNELS), bucket, missing: Vec::new() };
         let [columns, rows] = output.num_buckets();
         for row in 0..rows {
             for column in 0..columns {

@@ -153,7 +153,8 @@ impl<'a> TileWorker<'a> {
                 Work::Filed(Source::Piece(ix)) => self.filed.pieces[ix as usize],
                 Work::Piece(piece) => *piece,
             };
-            let Some(bounds) = count_unseen(bound(&frame.patches, &frame.camera, &piece, &region), &mut self.stats)
+            let Some(bounds) =
+                count_unseen(bound(&frame.patches, &frame.camera, &piece, &region), &mut self.stats)
             else {
                 self.stats.seconds.split += watch.seconds();
                 continue;
@@ -188,12 +189,8 @@ impl<'a> TileWorker<'a> {
             unreachable!("only pieces with a lattice are diced");
         };
         let patch = &self.frame.patches.patches[piece.patch as usize];
-        let key = GridKey {
-            primitive: patch.primitive,
-            patch: piece.patch,
-            path: piece.path,
-            block: [i[0], j[0]],
-        };
+        let key =
+            GridKey { primitive: patch.primitive, patch: piece.patch, path: piece.path, block: [i[0], j[0]] };
         let num_vertices = (u64::from(i[1] - i[0]) + 1) * (u64::from(j[1] - j[0]) + 1);
         let bytes = num_vertices * 36 + size_of::<Grid>() as u64;
         match self.cache.look_up(&key, self.frame.tiles.num_touched(pixels), bytes) {
@@ -233,7 +230,8 @@ impl<'a> TileWorker<'a> {
         let settings = self.frame.settings;
         for pixel in pixels {
             let [r, g, b, a, z] = *pixel;
-            let [r, g, b, a] = crate::image::finish_pixel([r, g, b, a], settings.background, settings.exposure);
+            let [r, g, b, a] =
+                crate::image::finish_pixel([r, g, b, a], settings.background, settings.exposure);
             *pixel = [r, g, b, a, z];
         }
     }

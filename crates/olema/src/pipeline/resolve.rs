@@ -96,7 +96,8 @@ fn surface_at(camera: &RasterCamera, grid: &Grid, payload: Payload, place: [i32;
         debug_assert!(false, "a record's triangle is hit again");
         return flat(grid, payload);
     };
-    let mix = |values: &[f32]| values[triangle[0]] * w[0] + values[triangle[1]] * w[1] + values[triangle[2]] * w[2];
+    let mix =
+        |values: &[f32]| values[triangle[0]] * w[0] + values[triangle[1]] * w[1] + values[triangle[2]] * w[2];
     let (c, o) = (&grid.color, &grid.opacity);
     let color = [mix(&c.x), mix(&c.y), mix(&c.z)];
     let opacity = if grid.is_opaque() { [1.0; 3] } else { [mix(&o.x), mix(&o.y), mix(&o.z)] };
@@ -104,7 +105,12 @@ fn surface_at(camera: &RasterCamera, grid: &Grid, payload: Payload, place: [i32;
 }
 
 /// Weights of a triangle's vertices at a sample that hit the clipped triangle.
-fn slow_weights(camera: &RasterCamera, grid: &Grid, triangle: [usize; 3], place: [i32; 2]) -> Option<[f32; 3]> {
+fn slow_weights(
+    camera: &RasterCamera,
+    grid: &Grid,
+    triangle: [usize; 3],
+    place: [i32; 2],
+) -> Option<[f32; 3]> {
     let clipped = clip_slow(camera, grid, triangle);
     clipped.triangles().find_map(|part| {
         let hit = triangle_hit(part.map(|v| v.raster), place)?;

@@ -8,7 +8,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::geometry::RasterCamera;
-use crate::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid, rasterize_triangle};
+use crate::sampling::nomotion::{
+    Facing, GridView, HitSink, SampleCounts, rasterize_grid, rasterize_triangle,
+};
 use crate::sampling::{Payload, Region, RegionSamples, SampleBuffer, TransparentRecord, TransparentRecords};
 use crate::scene::Sides;
 
@@ -85,7 +87,10 @@ impl GridSlots {
     /// Canonical order of two hits, for equal depths.
     pub fn order(&self, a: Payload, b: Payload) -> Ordering {
         let key = |p: Payload| self.slots.get(p.slot() as usize).map(|(key, _)| *key);
-        key(a).cmp(&key(b)).then(a.micropolygon().cmp(&b.micropolygon())).then(a.triangle().cmp(&b.triangle()))
+        key(a)
+            .cmp(&key(b))
+            .then(a.micropolygon().cmp(&b.micropolygon()))
+            .then(a.triangle().cmp(&b.triangle()))
     }
 }
 
@@ -129,13 +134,8 @@ impl TileBuffers {
             transparent: &mut self.transparent,
             slots: &self.slots,
         };
-        let view = GridView {
-            m: grid.m as usize,
-            n: grid.n as usize,
-            x: &grid.x,
-            y: &grid.y,
-            depth: &grid.depth,
-        };
+        let view =
+            GridView { m: grid.m as usize, n: grid.n as usize, x: &grid.x, y: &grid.y, depth: &grid.depth };
         let skip = grid.slow.as_ref().map(|slow| slow.is_slow.as_slice());
         rasterize_grid(view, facing, skip, &self.samples, &mut self.counts, &mut sink);
         if grid.slow.is_some() {
@@ -177,7 +177,14 @@ fn draw_slow(
         for (number, triangle) in triangles(grid, micropolygon).into_iter().enumerate() {
             sink.triangle = Some(number as u8);
             for part in clip_slow(camera, grid, triangle).triangles() {
-                rasterize_triangle(part.map(|v| v.raster), part.map(|v| v.depth), facing, samples, counts, sink);
+                rasterize_triangle(
+                    part.map(|v| v.raster),
+                    part.map(|v| v.depth),
+                    facing,
+                    samples,
+                    counts,
+                    sink,
+                );
             }
         }
         sink.triangle = None;

@@ -64,20 +64,32 @@ impl Scene {
         let camera = &self.camera;
         let [near, far] = camera.clipping;
         if !(near > 0.0 && near < far) {
-            return fail("camera".to_owned(), &format!("clipping planes {near} and {far}: expected 0 < near < far"));
+            return fail(
+                "camera".to_owned(),
+                &format!("clipping planes {near} and {far}: expected 0 < near < far"),
+            );
         }
         if let Projection::Perspective { fov } = camera.projection
             && !(fov > 0.0 && fov < 180.0)
         {
-            return fail("camera".to_owned(), &format!("field of view {fov}: expected more than 0, less than 180"));
+            return fail(
+                "camera".to_owned(),
+                &format!("field of view {fov}: expected more than 0, less than 180"),
+            );
         }
         if let Some(window @ [left, right, bottom, top]) = camera.screen_window
             && (left == right || bottom == top || !window.iter().all(|w| w.is_finite()))
         {
-            return fail("camera".to_owned(), &format!("screen window {window:?}: expected two finite extents"));
+            return fail(
+                "camera".to_owned(),
+                &format!("screen window {window:?}: expected two finite extents"),
+            );
         }
         if !(camera.pixel_aspect > 0.0 && camera.pixel_aspect.is_finite()) {
-            return fail("camera".to_owned(), &format!("pixel aspect {}: expected above 0", camera.pixel_aspect));
+            return fail(
+                "camera".to_owned(),
+                &format!("pixel aspect {}: expected above 0", camera.pixel_aspect),
+            );
         }
         if !camera.world_to_camera.values.iter().all(|m| m.is_finite()) {
             return fail("camera".to_owned(), "its matrix has a number that is not finite");
@@ -96,8 +108,13 @@ impl Scene {
             if !(rate > 0.0 && rate.is_finite()) {
                 return fail(name(), &format!("shading rate {rate}: expected a finite number above 0"));
             }
-            if let Some(light) = primitive.attributes.lights.iter().find(|&&l| l as usize >= self.lights.len()) {
-                return fail(name(), &format!("light {light} of {}: expected a lower index", self.lights.len()));
+            if let Some(light) =
+                primitive.attributes.lights.iter().find(|&&l| l as usize >= self.lights.len())
+            {
+                return fail(
+                    name(),
+                    &format!("light {light} of {}: expected a lower index", self.lights.len()),
+                );
             }
         }
         Ok(())

@@ -180,7 +180,10 @@ pub fn layers() -> Scene {
 
 /// Opaque and transparent squares in one plane: only the canonical order decides.
 pub fn coplanar() -> Scene {
-    let mut scene = Scene::new(camera([0.3, -4.0, 0.2], [0.0; 3], 40.0));
+    let mut scene = Scene::new(Camera {
+        projection: Projection::Orthographic,
+        ..camera([0.0, -4.0, 0.0], [0.0; 3], 40.0)
+    });
     for (ix, color) in [[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.1, 0.1, 0.9], [0.8, 0.8, 0.1]].iter().enumerate()
     {
         let opacity = if ix == 2 { 0.5 } else { 1.0 };

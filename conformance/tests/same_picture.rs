@@ -17,17 +17,20 @@ fn bits(image: &Image) -> Vec<u32> {
 
 /// Settings that change speed, memory and order only: a pairwise covering set.
 fn variants(base: &Settings) -> Vec<Settings> {
-    let rows: [(usize, [u32; 2], Option<u32>, usize, u64); 8] = [
-        (1, [64, 64], Some(64), 1 << 20, 1 << 30),
-        (2, [1, 1], Some(8), 1 << 20, 0),
-        (3, [7, 13], Some(6), 3000, 1 << 30),
-        (2, [1000, 3], Some(1000), 700, 0),
-        (1, [17, 1], Some(10), 3000, 1 << 18),
-        (4, [64, 64], None, 700, 1 << 18),
-        (3, [1, 31], Some(64), 700, 1 << 18),
-        (2, [5, 5], Some(2), 1 << 20, 1 << 18),
-    ];
-    rows.map(|(threads, bucket, tile, transparency_records, grid_cache)| Settings {
+    let row = |threads, bucket, tile, transparency_records, grid_cache| {
+        (threads, bucket, tile, transparency_records, grid_cache)
+    };
+    [
+        row(1, [64, 64], Some(64), 1 << 20, 1 << 30),
+        row(2, [1, 1], Some(8), 1 << 20, 0),
+        row(3, [7, 13], Some(6), 3000, 1 << 30),
+        row(2, [1000, 3], Some(1000), 700, 0),
+        row(1, [17, 1], Some(10), 3000, 1 << 18),
+        row(4, [64, 64], None, 700, 1 << 18),
+        row(3, [1, 31], Some(64), 700, 1 << 18),
+        row(2, [5, 5], Some(2), 1 << 20, 1 << 18),
+    ]
+    .map(|(threads, bucket, tile, transparency_records, grid_cache)| Settings {
         threads,
         bucket,
         tile,

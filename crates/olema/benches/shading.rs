@@ -1,4 +1,5 @@
 //! What shading and its arithmetic cost: a grid of plastic, filter weights, powers.
+#![allow(missing_docs)] // criterion_group! makes a public function without them.
 
 use std::hint::black_box;
 use std::sync::Arc;

@@ -180,11 +180,11 @@ impl<P: ControlPoint> Bilinear<P> {
     #[inline(always)]
     pub fn evaluate(&self, u: f32, v: f32) -> SurfacePoint {
         let [a, b, c, d] = self.0;
-        let s = 1.0 - u;
-        let t = 1.0 - v;
-        let p = P::blend([a, b, c, d], [s * t, u * t, s * v, u * v]);
-        let du = P::blend([a, b, c, d], [-t, t, -v, v]);
-        let dv = P::blend([a, b, c, d], [-s, -u, s, u]);
+        // Differences, not weights: a coordinate that all corners share is kept exactly, so that squares in
+        // one plane are equally deep and the canonical order decides between them.
+        let p = P::lerp(P::lerp(a, b, u), P::lerp(c, d, u), v);
+        let du = P::blend([a, b, c, d], [v - 1.0, 1.0 - v, -v, v]);
+        let dv = P::blend([a, b, c, d], [u - 1.0, -u, 1.0 - u, u]);
         P::surface_point(p, du, dv)
     }
 

@@ -211,6 +211,9 @@ fn is_exact(curves: &Curves, table: &EdgeTable, patches: &PatchTable, ix: usize,
         })
 }
 
+/// Points by the cell that holds them.
+type Cells = HashMap<[i64; 3], Vec<u32>>;
+
 /// Gives points that lie together one number.
 ///
 /// Points are kept in one grid of cells per octave of tolerance. A pair is as close as the *smaller* of its two
@@ -218,7 +221,7 @@ fn is_exact(curves: &Curves, table: &EdgeTable, patches: &PatchTable, ix: usize,
 /// looked up in its own and the finer ones. Cells hold only points that did not weld, so they stay short.
 struct Welder {
     /// Octaves that occur, ascending, and their grids.
-    octaves: Vec<(i32, HashMap<[i64; 3], Vec<u32>>)>,
+    octaves: Vec<(i32, Cells)>,
     exact: HashMap<[u32; 3], u32>,
     points: Vec<(Vec3, f32)>,
 }

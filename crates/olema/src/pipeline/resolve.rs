@@ -201,14 +201,14 @@ pub fn filter_pixels(
             for y in -table.radius[1]..=table.radius[1] {
                 for x in -table.radius[0]..=table.radius[0] {
                     let first = region.pixel_ix(px + x, py + y) * per_pixel;
-                    for ix in first..first + per_pixel {
-                        let weight = table.weight(samples.tuples[ix], [x, y]);
-                        let sample = &colors[ix];
+                    let of_pixel = first..first + per_pixel;
+                    for (sample, &tuple) in colors[of_pixel.clone()].iter().zip(&samples.tuples[of_pixel]) {
+                        let weight = table.weight(tuple, [x, y]);
+                        let [r, g, b] = sample.color;
                         total += weight;
-                        for c in 0..3 {
-                            sum[c] += weight * sample.color[c];
+                        for (sum, value) in sum.iter_mut().zip([r, g, b, sample.alpha()]) {
+                            *sum += weight * value;
                         }
-                        sum[3] += weight * sample.alpha();
                     }
                 }
             }

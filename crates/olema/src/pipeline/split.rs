@@ -131,6 +131,7 @@ pub struct Piece {
 }
 
 /// What becomes of a piece.
+#[allow(clippy::large_enum_variant)] // Lives on the stack between two stages only.
 #[derive(Debug, Clone, Copy)]
 pub enum Fate {
     /// It is small enough: dice it.
@@ -341,10 +342,9 @@ impl<'a> SplitContext<'a> {
                     surface.evaluate(u, v).p
                 })
             });
-            for line in 1..4 {
-                let row = points[line];
-                let column = std::array::from_fn::<_, 5, _>(|b| points[b][line]);
-                for (axis, polyline) in [row, column].iter().enumerate() {
+            for (line, row) in points.iter().enumerate().take(4).skip(1) {
+                let column: [Vec3; 5] = std::array::from_fn(|b| points[b][line]);
+                for (axis, polyline) in [row, &column].into_iter().enumerate() {
                     // Through the eye plane no length is defined: as fine as a grid allows.
                     let wanted = polyline_segments(self.camera, segment_px, polyline).unwrap_or(16.0);
                     size[axis] = size[axis].max((wanted.round() as u32).min(MAX_LATTICE));

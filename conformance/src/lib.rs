@@ -2,5 +2,6 @@
 
 pub mod closed;
 pub mod cracks;
+pub mod goldens;
 pub mod scenes;
 pub mod teapot;

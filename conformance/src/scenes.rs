@@ -199,3 +199,31 @@ pub fn coplanar() -> Scene {
     }
     scene
 }
+
+/// A floor and a teapot lit by one light of that name.
+pub fn lit_by(light: &str) -> Scene {
+    use olema::shading::ShaderParam as Param;
+    let mut scene = teapot_from([2.0, -7.5, 5.0], [0.2, 0.0, 1.0], 42.0);
+    let params = match light {
+        "distantlight" => vec![Param::point("from", [-2.0, -3.0, 4.0]), Param::point("to", [0.0; 3])],
+        "pointlight" => vec![Param::point("from", [0.5, -2.5, 3.5]), Param::float("intensity", 9.0)],
+        "spotlight" => vec![
+            Param::point("from", [-2.0, -5.0, 5.0]),
+            Param::point("to", [0.3, 0.0, 1.0]),
+            Param::float("intensity", 50.0),
+            Param::float("coneangle", 0.35),
+            Param::float("conedeltaangle", 0.1),
+        ],
+        _ => vec![Param::float("intensity", 0.5)],
+    };
+    let shader = shading::light(light, &params).expect("a standard light").shader;
+    let only = scene.add_light(Light { shader, to_world: Keyed::still(DMat4::IDENTITY) });
+    let floor = [[-6.0, -6.0, 0.0], [6.0, -6.0, 0.0], [-6.0, 6.0, 0.0], [6.0, 6.0, 0.0]];
+    let attributes = Arc::new(Attributes { surface: surface("matte"), ..Attributes::default() });
+    add(&mut scene, bilinear(floor), DMat4::IDENTITY, &attributes);
+    for primitive in &mut scene.primitives {
+        primitive.attributes =
+            Arc::new(Attributes { lights: Arc::from([only]), ..(*primitive.attributes).clone() });
+    }
+    scene
+}

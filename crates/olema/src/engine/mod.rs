@@ -3,10 +3,13 @@
 //! The CPU engine patchifies and connects the scene, splits all patches to about the size of a raster tile
 //! (parallel over patches), then draws the tiles (parallel over tiles), each in buffers that stay in cache.
 
+mod bench;
 mod cache;
 mod frame;
 mod output;
 mod tile;
+
+pub use bench::{Bench, grids};
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -180,42 +183,4 @@ impl Renderer {
             None => Ok(Frame { image: output.into_image(), stats }),
         }
     }
-}
-
-/// Hands every grid of a scene to `visit`, shaded, in canonical order and whether it can be seen or not: for
-/// tests and experiments that look at grids themselves. One thread.
-///
-/// # Errors
-/// As [`Renderer::new`] and [`Renderer::render`].
-pub fn grids(
-    scene: &Scene,
-    settings: &Settings,
-    mut visit: impl FnMut(&crate::pipeline::Grid),
-) -> Result<Stats, Error> {
-    use crate::pipeline::{dice::dice, shade::shade, split::Fate};
-    settings.validate()?;
-    scene.validate()?;
-    let mut stats = Stats::default();
-    let data = frame::FrameData::new(scene, settings, &mut stats);
-    let context = data.context();
-    for patch in 0..data.patches.patches.len() as u32 {
-        let mut stack = vec![context.whole(patch)];
-        while let Some(piece) = stack.pop() {
-            match context.fate(&piece) {
-                Fate::Split([first, second]) => {
-                    stats.splits += 1;
-                    stack.extend([second, first]);
-                }
-                Fate::Dice(piece) => {
-                    let ix = data.patches.patches[patch as usize].primitive as usize;
-                    let primitive = &scene.primitives[ix];
-                    let diced = dice(&context, &piece, primitive, &data.infos[ix]);
-                    stats.grids += 1;
-                    stats.micropolygons += diced.grid.num_micropolygons() as u64;
-                    visit(&shade(diced, primitive.attributes.surface.as_ref(), &data.lights[ix]));
-                }
-            }
-        }
-    }
-    Ok(stats)
 }

@@ -45,7 +45,7 @@ pub fn scan(bytes: &[u8]) -> Option<Decimal> {
     let mut exponent = 0;
     if at(ix) == b'.' {
         let fraction = ix + 1;
-        ix = digits(bytes, fraction, &mut mantissa);
+        ix = many_digits(bytes, fraction, &mut mantissa);
         digits_seen += ix - fraction;
         exponent = -((ix - fraction) as i32);
     }
@@ -74,6 +74,36 @@ fn digits(bytes: &[u8], mut ix: usize, mantissa: &mut u64) -> usize {
         ix += 1;
     }
     ix
+}
+
+/// The same as [`digits`], eight at a time: a fraction has six or more as a rule.
+#[inline(always)]
+fn many_digits(bytes: &[u8], mut ix: usize, mantissa: &mut u64) -> usize {
+    const TENS: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
+    const HIGH: u64 = 0x8080_8080_8080_8080;
+    const PAIRS: u64 = 0x0000_00ff_0000_00ff;
+    while let Some(chunk) = bytes.get(ix..).and_then(<[u8]>::first_chunk::<8>) {
+        // Digits become 0 to 9. Adding 0x76 sets the high bit of all others; a carry only reaches bytes behind
+        // the first that is no digit.
+        let word = u64::from_le_bytes(*chunk) ^ 0x3030_3030_3030_3030;
+        let others = (word.wrapping_add(0x7676_7676_7676_7676) | word) & HIGH;
+        let count = (others.trailing_zeros() / 8) as usize;
+        if count == 0 {
+            return ix;
+        }
+        // Zeros in front, then pairs, then fours, then all eight.
+        let word = word << (64 - 8 * count);
+        let word = word.wrapping_mul(10).wrapping_add(word >> 8);
+        let high = (word & PAIRS).wrapping_mul(100 + (1_000_000 << 32));
+        let low = (word >> 16 & PAIRS).wrapping_mul(1 + (10_000 << 32));
+        let value = high.wrapping_add(low) >> 32;
+        *mantissa = mantissa.wrapping_mul(TENS[count]).wrapping_add(value);
+        ix += count;
+        if count < 8 {
+            return ix;
+        }
+    }
+    digits(bytes, ix, mantissa)
 }
 
 fn scan_exponent(bytes: &[u8], mut ix: usize) -> Option<(i32, usize)> {

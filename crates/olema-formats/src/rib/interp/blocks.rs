@@ -23,7 +23,7 @@ impl Interp {
                     self.say(Fault::warning(call.args.pos(0), format!("\"{operation}\": {expected}")));
                 }
                 if operation != "primitive" {
-                    self.count("solid operations (the parts are drawn as they stand)", call.site);
+                    self.count("solid operations are not drawn yet: the parts are, as they stand", call.site);
                 }
             }
             Id::ResourceBegin => self.open(BlockKind::Resource, call)?,

@@ -27,7 +27,7 @@ use super::fault::Fault;
 use super::room::Room;
 use super::shaders::ShaderLibrary;
 use super::state::{AttrState, Block, BlockKind, Handle, Names, OptionState, Site, Value};
-use super::statements::{Id, Place, Statement, Support};
+use super::statements::{self, Id, Place, Statement, Support};
 use super::transform::Transform;
 use motion::Motion;
 use record::Recorder;
@@ -161,10 +161,7 @@ impl Interp {
             }
             (Place::World, false) if matches!(statement.id, Id::WorldEnd | Id::SolidEnd) => Ok(true),
             (Place::World, false) => {
-                self.count(
-                    "primitives outside WorldBegin and WorldEnd (they belong to no picture)",
-                    call.site,
-                );
+                self.count("a primitive outside WorldBegin and WorldEnd belongs to no picture", call.site);
                 Ok(matches!(statement.id, Id::SolidBegin))
             }
         }
@@ -217,8 +214,10 @@ impl Interp {
         match statement.support {
             Support::Warned => {
                 let remark = statement.remark;
-                let message = format!("{} has no effect in Olema. {remark}", statement.name);
-                self.say(Fault::warning(call.site.pos, message.trim_end().to_owned()));
+                self.say(Fault::warning(
+                    call.site.pos,
+                    format!("{} has no effect: {remark}", statement.name),
+                ));
             }
             Support::NotYet => self.count(statement.name, call.site),
             _ => {}
@@ -246,11 +245,16 @@ impl Interp {
     pub fn take_notes(&mut self) -> Vec<(Site, String)> {
         let tally = std::mem::take(&mut self.tally);
         let sentence = |(what, (site, times)): (&str, (Site, u64))| {
-            let times =
-                if times == 1 { String::new() } else { format!(" ({times} times; this is the first)") };
-            (site, format!("not drawn yet: {what}{times}"))
+            let what = match statements::find(what) {
+                Some(_) => format!("{what} is not drawn yet"),
+                None => what.to_owned(),
+            };
+            let times = if times == 1 { String::new() } else { format!(" ({times} times, here first)") };
+            (site, what + &times)
         };
-        tally.into_iter().map(sentence).collect()
+        let mut notes: Vec<_> = tally.into_iter().map(sentence).collect();
+        notes.sort_by_key(|(site, _)| (site.file.clone(), site.pos.offset));
+        notes
     }
 
     /// Says something.

@@ -32,7 +32,7 @@ impl Interp {
         if times.is_empty() || !ascend || times.len() > 4096 {
             return Err(Fault::error(call.args.pos(0), "expected 1 to 4096 times in ascending order"));
         }
-        self.count("motion (the first key is drawn)", call.site);
+        self.count("motion is not drawn yet: the first key is", call.site);
         let block = Block {
             kind: BlockKind::Motion,
             site: call.site.clone(),

@@ -84,7 +84,7 @@ impl Interp {
             Id::DepthOfField => {
                 options.lens = lens(args.nums(0)).map_err(wrong)?;
                 if options.lens.is_some() {
-                    self.count("depth of field (the lens is kept)", call.site);
+                    self.count("depth of field is not drawn yet: all is in focus", call.site);
                 }
             }
             Id::Shutter => {

@@ -15,7 +15,7 @@ impl Interp {
             Id::Surface => self.surface(call),
             Id::LightSource => self.light(call),
             Id::AreaLightSource => {
-                self.count("area lights (taken as plain lights)", call.site);
+                self.count("area lights are not drawn yet: plain lights are, of the same shader", call.site);
                 self.light(call);
             }
             Id::Illuminate => self.illuminate(call)?,

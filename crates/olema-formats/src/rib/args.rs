@@ -1,0 +1,428 @@
+//! Arguments: a statement's values, read by its form in the table of statements.
+//!
+//! In: tokens. Out: [`Args`], whose buffers are used again for the next statement. Types are checked here; how
+//! many values a parameter must have depends on the primitive and is checked by `params`.
+
+use std::ops::Range;
+
+use super::declare::{Decl, Dictionary, Found};
+use super::fault::{Fault, Pos};
+use super::lexer::{Lexer, Token};
+use super::room::Room;
+use super::statements::{Arg, Id, Statement};
+use olema::scene::VarType;
+
+/// One argument's values.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Item {
+    /// Scalars in `nums`.
+    Nums(Range<usize>),
+    /// A range of `floats`.
+    Floats(Range<usize>),
+    /// A range of `ints`.
+    Ints(Range<usize>),
+    /// A range of `texts`; one for a plain string.
+    Texts(Range<usize>),
+    /// Left out.
+    None,
+}
+
+/// A name and its values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParamItem {
+    /// Where the name stands.
+    pub pos: Pos,
+    /// Bytes of the name in `text`.
+    name: Range<usize>,
+    /// What it stands for.
+    pub decl: Decl,
+    /// A range of `floats`, or of `texts` for strings.
+    values: Range<usize>,
+}
+
+/// The values of one statement.
+#[derive(Debug, Clone, Default)]
+pub struct Args {
+    items: Vec<(Pos, Item)>,
+    nums: Vec<f64>,
+    floats: Vec<f32>,
+    ints: Vec<i32>,
+    /// All strings, one after the other.
+    text: String,
+    /// Where each string lies in `text`.
+    texts: Vec<Range<usize>>,
+    /// The parameters.
+    pub params: Vec<ParamItem>,
+}
+
+/// What reading arguments needs besides the tokens.
+pub struct Reading<'a> {
+    /// The file.
+    pub lexer: &'a mut Lexer,
+    /// Declared names.
+    pub dictionary: &'a Dictionary,
+    /// The memory account.
+    pub room: &'a mut Room,
+    /// What is said and does not stop the statement.
+    pub said: &'a mut Vec<Fault>,
+}
+
+impl Args {
+    /// Forgets the values. Large buffers are given back.
+    pub fn clear(&mut self, room: &mut Room) {
+        if room.is_scratch_large() {
+            *self = Args::default();
+            room.clear_scratch();
+            return;
+        }
+        self.items.clear();
+        self.nums.clear();
+        self.floats.clear();
+        self.ints.clear();
+        self.text.clear();
+        self.texts.clear();
+        self.params.clear();
+    }
+
+    /// Bytes on the heap once copied.
+    pub fn heap_bytes(&self) -> u64 {
+        let bytes = size_of_val(self.items.as_slice())
+            + size_of_val(self.nums.as_slice())
+            + size_of_val(self.floats.as_slice())
+            + size_of_val(self.ints.as_slice())
+            + self.text.len()
+            + size_of_val(self.texts.as_slice())
+            + size_of_val(self.params.as_slice());
+        bytes as u64
+    }
+
+    /// The number of argument `ix`, 0 where it is not one.
+    pub fn num(&self, ix: usize) -> f64 {
+        self.nums(ix).first().copied().unwrap_or(0.0)
+    }
+
+    /// The whole number of argument `ix`.
+    pub fn int(&self, ix: usize) -> i32 {
+        self.num(ix) as i32
+    }
+
+    /// The numbers of argument `ix`; empty where it was left out or is no number.
+    pub fn nums(&self, ix: usize) -> &[f64] {
+        match self.items.get(ix) {
+            Some((_, Item::Nums(range))) => self.nums.get(range.clone()).unwrap_or(&[]),
+            _ => &[],
+        }
+    }
+
+    /// The numbers of argument `ix` as an array; `None` where they are not that many.
+    pub fn array<const N: usize>(&self, ix: usize) -> Option<[f64; N]> {
+        self.nums(ix).try_into().ok()
+    }
+
+    /// The array of floats of argument `ix`.
+    pub fn floats(&self, ix: usize) -> &[f32] {
+        match self.items.get(ix) {
+            Some((_, Item::Floats(range))) => self.floats.get(range.clone()).unwrap_or(&[]),
+            _ => &[],
+        }
+    }
+
+    /// The array of integers of argument `ix`.
+    pub fn ints(&self, ix: usize) -> &[i32] {
+        match self.items.get(ix) {
+            Some((_, Item::Ints(range))) => self.ints.get(range.clone()).unwrap_or(&[]),
+            _ => &[],
+        }
+    }
+
+    /// The string of argument `ix`, or the first of its array; `None` where it is not a string.
+    pub fn text(&self, ix: usize) -> Option<&str> {
+        self.texts(ix).next()
+    }
+
+    /// The strings of argument `ix`.
+    pub fn texts(&self, ix: usize) -> impl ExactSizeIterator<Item = &str> {
+        let range = match self.items.get(ix) {
+            Some((_, Item::Texts(range))) => range.clone(),
+            _ => 0..0,
+        };
+        self.texts.get(range).unwrap_or(&[]).iter().map(|r| self.text.get(r.clone()).unwrap_or(""))
+    }
+
+    /// Where argument `ix` stands.
+    pub fn pos(&self, ix: usize) -> Pos {
+        self.items.get(ix).map(|i| i.0).unwrap_or_default()
+    }
+
+    /// Whether argument `ix` was left out.
+    pub fn is_none(&self, ix: usize) -> bool {
+        matches!(self.items.get(ix), None | Some((_, Item::None)))
+    }
+
+    /// A parameter's name.
+    pub fn param_name(&self, param: &ParamItem) -> &str {
+        self.text.get(param.name.clone()).unwrap_or("")
+    }
+
+    /// A parameter's numbers; empty for strings.
+    pub fn param_floats(&self, param: &ParamItem) -> &[f32] {
+        if param.decl.ty == VarType::String {
+            &[]
+        } else {
+            self.floats.get(param.values.clone()).unwrap_or(&[])
+        }
+    }
+
+    /// A parameter's strings; empty for numbers.
+    pub fn param_texts(&self, param: &ParamItem) -> impl ExactSizeIterator<Item = &str> {
+        let range = if param.decl.ty == VarType::String { param.values.clone() } else { 0..0 };
+        self.texts.get(range).unwrap_or(&[]).iter().map(|r| self.text.get(r.clone()).unwrap_or(""))
+    }
+
+    /// Number of floats or strings that a parameter was given.
+    pub fn param_len(&self, param: &ParamItem) -> usize {
+        param.values.len()
+    }
+
+    /// The last parameter of that name.
+    pub fn find(&self, name: &str) -> Option<&ParamItem> {
+        self.params.iter().rev().find(|p| self.param_name(p) == name)
+    }
+
+    /// Reads the arguments of `statement`.
+    pub fn read(&mut self, statement: &Statement, r: &mut Reading<'_>) -> Result<(), Fault> {
+        for arg in statement.form {
+            match *arg {
+                Arg::Params => self.read_params(statement.id, r)?,
+                Arg::Tags { strings } => self.read_tags(strings, r)?,
+                arg => {
+                    let token = r.lexer.peek();
+                    let pos = r.lexer.here();
+                    let item = self.read_item(arg, token, r)?;
+                    self.items.push((pos, item));
+                }
+            }
+        }
+        match r.lexer.peek() {
+            Token::Word | Token::End => Ok(()),
+            _ if statement.form.last() == Some(&Arg::Params) => {
+                Err(wrong(r, "a parameter's name or the next statement"))
+            }
+            _ => Err(wrong(r, "the next statement (too many arguments?)")),
+        }
+    }
+
+    fn read_item(&mut self, arg: Arg, token: Token, r: &mut Reading<'_>) -> Result<Item, Fault> {
+        match (arg, token) {
+            (Arg::Int(name), Token::Number | Token::Open) => {
+                let item = self.read_nums(name, 1, r)?;
+                let value = self.nums.last().copied().unwrap_or(0.0);
+                if value.fract() != 0.0 || value.abs() > f64::from(i32::MAX) {
+                    return Err(Fault::error(
+                        r.lexer.here(),
+                        format!("{name} is {value}: expected an integer"),
+                    ));
+                }
+                Ok(item)
+            }
+            (Arg::Num(name), Token::Number | Token::Open) => self.read_nums(name, 1, r),
+            (Arg::Nums(name, count), Token::Number | Token::Open) => self.read_nums(name, count, r),
+            (Arg::MaybeNums(..), Token::Word | Token::End) => Ok(Item::None),
+            (Arg::MaybeNums(name, count), Token::Number | Token::Open) => {
+                if r.lexer.dash() {
+                    Ok(Item::None)
+                } else {
+                    self.read_nums(name, count, r)
+                }
+            }
+            (Arg::Handle(name), Token::Number) => self.read_nums(name, 1, r),
+            (Arg::Basis(name), Token::Number | Token::Open) => self.read_nums(name, 16, r),
+            (Arg::Floats(_), Token::Open) => {
+                r.lexer.bump();
+                let start = self.floats.len();
+                r.lexer.floats(&mut self.floats, r.room)?;
+                Ok(Item::Floats(start..self.floats.len()))
+            }
+            (Arg::Ints(_), Token::Open) => {
+                r.lexer.bump();
+                let start = self.ints.len();
+                r.lexer.integers(&mut self.ints, r.room)?;
+                Ok(Item::Ints(start..self.ints.len()))
+            }
+            (Arg::Texts(_), Token::Open | Token::Text) => Ok(Item::Texts(self.read_texts(r)?)),
+            (Arg::Text(name) | Arg::Handle(name) | Arg::Basis(name), Token::Text | Token::Open) => {
+                let pos = r.lexer.here();
+                let texts = self.read_texts(r)?;
+                if texts.len() != 1 {
+                    return Err(Fault::error(
+                        pos,
+                        format!("expected one string for {name}, found {}", texts.len()),
+                    ));
+                }
+                Ok(Item::Texts(texts))
+            }
+            _ => Err(wrong(r, &arg.usage())),
+        }
+    }
+
+    fn read_nums(&mut self, name: &str, count: usize, r: &mut Reading<'_>) -> Result<Item, Fault> {
+        let pos = r.lexer.here();
+        let bracket = r.lexer.peek() == Token::Open;
+        if bracket {
+            r.lexer.bump();
+        }
+        let start = self.nums.len();
+        for found in 0..count {
+            match r.lexer.peek() {
+                Token::Number => self.nums.push(r.lexer.number()?),
+                other => {
+                    let other = r.lexer.describe(other);
+                    let message = format!("expected {count} numbers for {name}, found {other} after {found}");
+                    return Err(Fault::error(r.lexer.here(), message));
+                }
+            }
+        }
+        if bracket {
+            if r.lexer.peek() != Token::Close {
+                let message = format!("expected {count} numbers for {name} in this array, found more");
+                return Err(Fault::error(pos, message));
+            }
+            r.lexer.bump();
+        }
+        Ok(Item::Nums(start..self.nums.len()))
+    }
+
+    /// Reads one string or an array of them.
+    fn read_texts(&mut self, r: &mut Reading<'_>) -> Result<Range<usize>, Fault> {
+        let start = self.texts.len();
+        if r.lexer.peek() != Token::Open {
+            self.read_text(r)?;
+            return Ok(start..self.texts.len());
+        }
+        r.lexer.bump();
+        loop {
+            match r.lexer.peek() {
+                Token::Text => self.read_text(r)?,
+                Token::Close => {
+                    r.lexer.bump();
+                    return Ok(start..self.texts.len());
+                }
+                other => return Err(r.lexer.not_in_array(other, "strings")),
+            }
+        }
+    }
+
+    fn read_text(&mut self, r: &mut Reading<'_>) -> Result<(), Fault> {
+        let pos = r.lexer.here();
+        let start = self.text.len();
+        if !r.lexer.text(&mut self.text, r.room)? {
+            r.said
+                .push(Fault::warning(pos, "this string is not UTF-8: the bytes that are not were replaced"));
+        }
+        let range = start..self.text.len();
+        let Reading { lexer, room, .. } = r;
+        lexer.push(&mut self.texts, range, room)
+    }
+
+    fn read_tags(&mut self, strings: bool, r: &mut Reading<'_>) -> Result<(), Fault> {
+        const FORM: [Arg; 5] = [
+            Arg::Texts("tags"),
+            Arg::Ints("tag counts"),
+            Arg::Ints("tag integers"),
+            Arg::Floats("tag floats"),
+            Arg::Texts("tag strings"),
+        ];
+        let present = r.lexer.peek() == Token::Open;
+        for (ix, arg) in FORM.into_iter().enumerate() {
+            let token = r.lexer.peek();
+            let pos = r.lexer.here();
+            let last = ix == 4 && (!strings || token != Token::Open);
+            let item = if present && !last { self.read_item(arg, token, r)? } else { Item::None };
+            self.items.push((pos, item));
+        }
+        Ok(())
+    }
+
+    fn read_params(&mut self, id: Id, r: &mut Reading<'_>) -> Result<(), Fault> {
+        while r.lexer.peek() == Token::Text {
+            let pos = r.lexer.here();
+            let start = self.text.len();
+            self.read_text(r)?;
+            // The token is no value: its name is kept as a range instead.
+            self.texts.pop();
+            let token = self.text.get(start..).unwrap_or("");
+            let name_at = |name: &str| {
+                let from = start + (name.as_ptr() as usize).saturating_sub(token.as_ptr() as usize);
+                from..from + name.len()
+            };
+            let (name, mut decl, guessed) = match r.dictionary.find(token) {
+                Found::Known(name, decl) => (name_at(name), decl, false),
+                Found::Wrong(why) => return Err(Fault::error(pos, format!("\"{token}\": {why}"))),
+                Found::Unknown(name) => (name_at(name), guess(id, name, pos, r), true),
+            };
+            let values = self.read_values(&decl, r)?;
+            if guessed {
+                decl.array_len = u32::try_from(values.len().max(1)).unwrap_or(u32::MAX);
+            }
+            let param = ParamItem { pos, name, decl, values };
+            let Reading { lexer, room, .. } = r;
+            lexer.push(&mut self.params, param, room)?;
+        }
+        Ok(())
+    }
+
+    fn read_values(&mut self, decl: &Decl, r: &mut Reading<'_>) -> Result<Range<usize>, Fault> {
+        let token = r.lexer.peek();
+        match (decl.ty, token) {
+            (VarType::String, Token::Text | Token::Open) => self.read_texts(r),
+            (VarType::String, _) => Err(wrong(r, "a string")),
+            (_, Token::Open) => {
+                r.lexer.bump();
+                let start = self.floats.len();
+                if decl.ty == VarType::Integer {
+                    let from = self.ints.len();
+                    r.lexer.integers(&mut self.ints, r.room)?;
+                    for ix in from..self.ints.len() {
+                        r.lexer.push(&mut self.floats, self.ints[ix] as f32, r.room)?;
+                    }
+                    self.ints.truncate(from);
+                } else {
+                    r.lexer.floats(&mut self.floats, r.room)?;
+                }
+                Ok(start..self.floats.len())
+            }
+            (ty, Token::Number) => {
+                let value =
+                    if ty == VarType::Integer { r.lexer.integer()? as f32 } else { r.lexer.float()? };
+                let Reading { lexer, room, .. } = r;
+                lexer.push(&mut self.floats, value, room)?;
+                Ok(self.floats.len() - 1..self.floats.len())
+            }
+            _ => Err(wrong(r, &format!("numbers ({})", decl.describe()))),
+        }
+    }
+}
+
+/// Something else stands where an argument was expected.
+fn wrong(r: &mut Reading<'_>, expected: &str) -> Fault {
+    let token = r.lexer.peek();
+    let pos = r.lexer.here();
+    let found = r.lexer.describe(token);
+    Fault::error(pos, format!("expected {expected}, found {found}"))
+}
+
+/// What a name that nothing declares is taken for: a string or a float, by its value.
+fn guess(id: Id, name: &str, pos: Pos, r: &mut Reading<'_>) -> Decl {
+    let mut token = r.lexer.peek();
+    if token == Token::Open {
+        token = r.lexer.first_in_array();
+    }
+    let decl = if token == Token::Text { Decl::STRING } else { Decl::FLOAT };
+    // A display driver's parameters are between the file and the driver.
+    if !matches!(id, Id::Display | Id::Option | Id::Attribute | Id::Hider) {
+        let taken = decl.describe();
+        let message = format!("\"{name}\" is not declared: taken as \"{taken}\"; expected a declaration");
+        r.said.push(Fault::warning(pos, message));
+    }
+    decl
+}

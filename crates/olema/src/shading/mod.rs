@@ -4,6 +4,7 @@
 //! need be shaded. Everything is in camera space, the RenderMan "current" space: the eye is at the origin and
 //! looks along +z.
 
+mod displacement;
 mod light;
 mod params;
 mod reflect;
@@ -17,6 +18,7 @@ use glam::{DMat4, Vec3};
 use crate::error::Error;
 use crate::math::Vec3s;
 
+pub use displacement::{DisplacementPoints, DisplacementShader};
 pub use light::LIGHTS;
 pub use params::{ParamValue, ShaderParam};
 pub use surface::SURFACES;

@@ -30,7 +30,7 @@ const POWERS_F32: [f32; 11] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9,
 
 /// Takes the number at the start of `bytes` apart; `None` where there is none, or where something other than a
 /// space, a bracket, a quote or a comment follows it.
-#[inline]
+#[inline(always)]
 pub fn scan(bytes: &[u8]) -> Option<Decimal> {
     let at = |ix: usize| bytes.get(ix).copied().unwrap_or(b' ');
     let mut ix = 0;

@@ -1,5 +1,6 @@
 //! Patch and PatchMesh: control points and variables to geometry.
 
+use std::fmt::Write;
 use std::sync::Arc;
 
 use olema::scene::{
@@ -42,11 +43,10 @@ impl Interp {
             attrs.look.lights = Arc::from(attrs.lights.as_slice());
             attrs.lights_changed = false;
         }
-        let look = Attributes {
-            origin: format!("{}:{}", site.file, site.pos.line),
-            reverse_orientation: self.attrs.inside,
-            ..self.attrs.look.clone()
-        };
+        // One allocation, for this is done for every primitive.
+        let mut origin = String::with_capacity(site.file.len() + 11);
+        let _ = write!(origin, "{}:{}", site.file, site.pos.line);
+        let look = Attributes { origin, reverse_orientation: self.attrs.inside, ..self.attrs.look.clone() };
         let sizes = size_of::<Primitive>() + size_of::<Attributes>() + size_of::<glam::DMat4>();
         self.hold(call, (sizes * self.ctm.0.values.len() + look.origin.len() + look.name.len()) as u64)?;
         if let Some(world) = &mut self.world {

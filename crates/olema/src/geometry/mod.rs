@@ -1,1 +1,3 @@
-//! (in work)
+//! Surfaces as functions of (u, v).
+
+pub mod subdivision;

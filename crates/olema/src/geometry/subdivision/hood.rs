@@ -146,10 +146,13 @@ impl Hood {
         &self.sharpness[self.rings[c].sharpness_range()]
     }
 
-    /// Whether nothing about the corner will lose sharpness any more.
-    pub(super) fn is_settled(&self, c: usize) -> bool {
+    /// Whether the corner has a limit mask: nothing about it will lose sharpness any more, and it is not the
+    /// end of an infinite crease, whose subdivision matrix has no eigenvectors of a simple form.
+    pub(super) fn has_mask(&self, c: usize) -> bool {
         let settled = |s: f32| s == 0.0 || s == f32::INFINITY;
-        settled(self.rings[c].corner) && self.ring_sharpness(c).iter().all(|&s| settled(s))
+        let (ring, edges) = (self.rings[c], self.ring_sharpness(c));
+        let ends_crease = ring.corner == 0.0 && edges.iter().filter(|s| **s > 0.0).count() == 1;
+        settled(ring.corner) && edges.iter().all(|&s| settled(s)) && !ends_crease && !self.has_middles
     }
 
     /// The neighbourhood of a face of the control mesh, for Catmull-Clark.

@@ -1,6 +1,6 @@
 //! Limit masks: where a control vertex itself ends up, and the tangent plane there.
 //!
-//! In: a corner of a [`Hood`] whose sharpness is settled. Out: the limit point and two tangents, the first
+//! In: a corner of a [`Hood`] that has a mask. Out: the limit point and two tangents, the first
 //! along the own face's edge to the next corner, the second along the edge to the corner before.
 //!
 //! The tangents are left eigenvectors of the subdivision matrix. Their directions are exact. Their lengths
@@ -24,9 +24,10 @@ pub(super) struct Limit {
     pub(super) tangents: Option<[DVec3; 2]>,
 }
 
-/// The limit of corner `c`. The corner must be settled, and far corners must be vertices.
+/// The limit of corner `c`, which has a mask ([`Hood::has_mask`]), or lies in a piece so small that any mask
+/// will do: that of a smooth vertex where an infinite crease ends.
 pub(super) fn limit(hood: &Hood, c: usize, channel: usize) -> Limit {
-    debug_assert!(hood.is_settled(c) && !hood.has_middles, "the limit of an unsettled corner");
+    debug_assert!(!hood.has_middles, "a mask needs far corners");
     let ring = &hood.rings[c];
     let points = hood.channel(channel);
     let vertex = points[ring.vertex()];

@@ -23,7 +23,7 @@ use crate::scene::CreaseMethod;
 /// The rings of all corners one level down: each has its vertex point, edge points and face points in the
 /// places of the vertex, edge ends and far corners before.
 pub(super) fn refine(hood: &Hood, method: CreaseMethod) -> Hood {
-    let mut fine = Hood { has_middles: false, points: Vec::with_capacity(hood.points.len()), ..hood.clone() };
+    let mut fine = Hood { has_middles: false, ..hood.clone() };
     let mut blends = Vec::with_capacity(hood.rings.len());
     for (c, ring) in hood.rings.iter().enumerate() {
         let sharpness = hood.ring_sharpness(c);
@@ -34,39 +34,32 @@ pub(super) fn refine(hood: &Hood, method: CreaseMethod) -> Hood {
         blends.push(rules::blend(ring.corner, sharpness, fine.ring_sharpness(c)));
         fine.rings[c].corner = rules::decay(ring.corner);
     }
-    fine.points.clear();
     for channel in 0..hood.num_channels() {
         let points = hood.channel(channel);
+        let out = &mut fine.points[channel * hood.num_points..];
         for (c, ring) in hood.rings.iter().enumerate() {
-            refine_ring(hood, ring, points, hood.ring_sharpness(c), blends[c], &mut fine.points);
+            let out = &mut out[ring.vertex()..=ring.vertex() + ring.num_points() as usize];
+            refine_ring(hood, ring, points, hood.ring_sharpness(c), blends[c], out);
         }
     }
     fine
 }
 
-/// Appends one ring's vertex point, edge points and face points.
+/// One ring's vertex point, edge points and face points; `fine` holds the vertex and the ring.
 fn refine_ring(
     hood: &Hood,
     ring: &Ring,
     points: &[DVec3],
     sharpness: &[f32],
     blend: Blend,
-    out: &mut Vec<DVec3>,
+    fine: &mut [DVec3],
 ) {
     let vertex = points[ring.vertex()];
     let n = ring.num_faces as i32;
-    let start = out.len();
-    out.push(vertex);
-    // Edge ends for now; face points.
     for k in 0..n {
         let (e0, far, e1) = (points[ring.edge(k)], points[ring.far(k)], points[ring.edge(k + 1)]);
-        out.push(e0);
-        out.push(if hood.has_middles { far } else { ((vertex + far) + (e0 + e1)) * 0.25 });
+        fine[k as usize * 2 + 2] = if hood.has_middles { far } else { ((vertex + far) + (e0 + e1)) * 0.25 };
     }
-    if !ring.closed {
-        out.push(points[ring.edge(n)]);
-    }
-    let fine = &mut out[start..];
     let face = |fine: &[DVec3], k: i32| fine[(k.rem_euclid(n) * 2 + 2) as usize];
     fine[0] = mix(blend, |rule| match rule {
         Rule::Corner => vertex,
@@ -80,7 +73,7 @@ fn refine_ring(
         }
     });
     for (k, &s) in sharpness.iter().enumerate() {
-        let end = fine[k * 2 + 1];
+        let end = points[ring.edge(k as i32)];
         let sharp = (vertex + end) * 0.5;
         fine[k * 2 + 1] = if s >= 1.0 {
             sharp

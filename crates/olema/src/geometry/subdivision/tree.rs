@@ -18,9 +18,10 @@ use super::hood::Hood;
 use super::{limit, quad, triangle};
 use crate::scene::CreaseMethod;
 
-/// Levels after which a piece counts as its nearest corner. Around the worst vertex a piece shrinks by 0.655
-/// a level: to 5e-8, below the resolution of f32.
-const MAX_DEPTH: u32 = 40;
+/// Levels after which a piece counts as its nearest corner. Around a vertex of valence 4 a piece is 2e-10 of
+/// the face then, around one of the highest (which shrinks by 0.655 a level) 1e-6; any deeper, and f64 has
+/// too few bits left for the tangents.
+const MAX_DEPTH: u32 = 32;
 
 /// Pieces kept before the tree starts again.
 const MOST_PIECES: usize = 4096;
@@ -108,7 +109,7 @@ impl Tree {
                 Piece::Hood { hood, .. } => {
                     let corner = [[0, 3], [1, 2]][usize::from(u >= 0.5)][usize::from(v >= 0.5)];
                     let is_corner = (u == 0.0 || u == 1.0) && (v == 0.0 || v == 1.0);
-                    if at.depth >= MAX_DEPTH || is_corner && hood.is_settled(corner) && !hood.has_middles {
+                    if at.depth >= MAX_DEPTH || is_corner && hood.has_mask(corner) {
                         let scale = (1u64 << at.depth) as f64;
                         let limit = limit::limit(hood, corner, channel);
                         let jet = quad_corner_jet(corner, limit.p, limit.tangents, scale);
@@ -139,7 +140,7 @@ impl Tree {
                 Piece::Bicubic(_) => unreachable!("a B-spline in a tree of triangles"),
                 Piece::Hood { hood, .. } => {
                     let corner = (0..3).fold(0, |best, k| if b[k] > b[best] { k } else { best });
-                    if at.depth >= MAX_DEPTH || b[corner] == 1.0 && hood.is_settled(corner) {
+                    if at.depth >= MAX_DEPTH || b[corner] == 1.0 && hood.has_mask(corner) {
                         let limit = limit::limit(hood, corner, channel);
                         let mut jet = Jet { p: limit.p, ..Jet::default() };
                         if let Some([next, prev]) = limit.tangents {

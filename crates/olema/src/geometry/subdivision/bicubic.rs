@@ -15,14 +15,16 @@ pub(super) struct Jet {
 /// Control points; the patch is the middle square, (u, v) from 0 to 1 from point 5 to point 10.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bicubic {
+    /// Relative to the origin.
     pub(super) points: [DVec3; 16],
+    pub(super) origin: DVec3,
 }
 
 impl Bicubic {
     /// A patch whose outer row or column at edge 0 (v = 0), 1 (u = 1), 2 (v = 1), 3 (u = 0) is undefined
     /// where `mirrored`: it becomes the mirror image of the one inside, which makes that edge the cubic
     /// B-spline of its own points alone.
-    pub(super) fn mirrored(mut points: [DVec3; 16], mirrored: [bool; 4]) -> Bicubic {
+    pub(super) fn mirrored(mut points: [DVec3; 16], mirrored: [bool; 4], origin: DVec3) -> Bicubic {
         for i in 0..4 {
             if mirrored[0] {
                 points[i] = points[4 + i] * 2.0 - points[8 + i];
@@ -39,7 +41,7 @@ impl Bicubic {
                 row[3] = row[2] * 2.0 - row[1];
             }
         }
-        Bicubic { points }
+        Bicubic { points, origin }
     }
 
     /// Point and derivatives at (u, v) in the unit square.
@@ -53,7 +55,7 @@ impl Bicubic {
             jet.p += p * bv;
             jet.dv += p * dv;
         }
-        jet
+        Jet { p: jet.p + self.origin, ..jet }
     }
 
     /// Bezier points of the part from (u0, v0) to (u1, v1): the part lies in their hull.
@@ -65,7 +67,7 @@ impl Bicubic {
         for i in 0..4 {
             let column = bezier([out[i], out[4 + i], out[8 + i], out[12 + i]], v0, v1);
             for (j, p) in column.into_iter().enumerate() {
-                out[j * 4 + i] = p;
+                out[j * 4 + i] = p + self.origin;
             }
         }
         out

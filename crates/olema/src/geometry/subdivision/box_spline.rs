@@ -23,6 +23,8 @@ pub(super) struct BoxSpline {
     pub(super) corner: [DVec3; 3],
     pub(super) across: [DVec3; 3],
     pub(super) outer: [[DVec3; 2]; 3],
+    /// What all of them are relative to.
+    pub(super) origin: DVec3,
 }
 
 /// A weight and its derivatives by the three barycentric coordinates, taken as independent.
@@ -34,12 +36,18 @@ struct Weight {
 
 impl BoxSpline {
     /// From the six neighbours of each corner, counter-clockwise from the next corner on.
-    pub(super) fn from_rings(rings: [[DVec3; 6]; 3], corner: [DVec3; 3]) -> BoxSpline {
-        BoxSpline { corner, across: rings.map(|r| r[5]), outer: rings.map(|r| [r[4], r[3]]) }
+    pub(super) fn from_rings(rings: [[DVec3; 6]; 3], corner: [DVec3; 3], origin: DVec3) -> BoxSpline {
+        BoxSpline { corner, across: rings.map(|r| r[5]), outer: rings.map(|r| [r[4], r[3]]), origin }
     }
 
     /// Point at barycentric `b`, and derivatives along the directions `du` and `dv` (each of sum 0).
     pub(super) fn evaluate(&self, b: [f64; 3], du: [f64; 3], dv: [f64; 3]) -> Jet {
+        let jet = self.form(b, du, dv);
+        Jet { p: jet.p + self.origin, ..jet }
+    }
+
+    /// The quartic form, relative to the origin, and its derivatives.
+    fn form(&self, b: [f64; 3], du: [f64; 3], dv: [f64; 3]) -> Jet {
         let mut jet = Jet::default();
         let mut add = |p: DVec3, w: Weight, order: [usize; 3]| {
             let along = |d: [f64; 3]| (0..3).map(|i| w.d[i] * d[order[i]]).sum::<f64>();
@@ -66,7 +74,7 @@ impl BoxSpline {
         for [a, b, c] in (0..=4).flat_map(of_sum) {
             let [x, y, z] = [a, b, c].map(|n| n as f64);
             let at = [0, 1, 2].map(|i| t[0][i] * x + t[1][i] * y + t[2][i] * z);
-            values[a][b][c] = self.evaluate(at, [0.0; 3], [0.0; 3]).p;
+            values[a][b][c] = self.form(at, [0.0; 3], [0.0; 3]).p;
         }
         let mut out = [DVec3::ZERO; 15];
         for (point, [i, j, k]) in out.iter_mut().zip(of_sum(4)) {
@@ -75,6 +83,7 @@ impl BoxSpline {
                 let ways = BINOMIAL[i][a] * BINOMIAL[j][b] * BINOMIAL[k][c];
                 *point += values[a][b][c] * (sign * ways / 24.0);
             }
+            *point += self.origin;
         }
         out
     }

@@ -122,8 +122,10 @@ pub(super) struct Hood {
     pub(super) rings: Vec<Ring>,
     /// Sharpness of the rings' edges, ring after ring.
     pub(super) sharpness: Vec<f32>,
-    /// Channel after channel: vertex and ring of each corner.
+    /// Channel after channel: vertex and ring of each corner, relative to the channel's origin.
     pub(super) points: Vec<DVec3>,
+    /// One a channel. It moves along with the hood: however small the hood, its points keep all their bits.
+    pub(super) origins: Vec<DVec3>,
     /// Points a channel.
     pub(super) num_points: usize,
     /// The far corners are the faces' middles: some face around is no quad (control mesh only).
@@ -138,7 +140,19 @@ impl Hood {
 
     /// Number of channels.
     pub(super) fn num_channels(&self) -> usize {
-        self.points.len() / self.num_points
+        self.origins.len()
+    }
+
+    /// Takes from `fine`, channel by channel, the points at `sources`, and makes the first of them the origin.
+    pub(super) fn take_points(&mut self, fine: &Hood, sources: &[usize]) {
+        self.num_points = sources.len();
+        self.points.reserve(sources.len() * fine.num_channels());
+        for channel in 0..fine.num_channels() {
+            let points = fine.channel(channel);
+            let shift = points[sources[0]];
+            self.origins.push(fine.origins[channel] + shift);
+            self.points.extend(sources.iter().map(|&s| points[s] - shift));
+        }
     }
 
     /// Sharpness of the edges of corner `c`'s ring.
@@ -256,6 +270,7 @@ impl Builder {
     ) -> Hood {
         debug_assert_eq!(sources.len(), self.hood.num_points, "one source a point");
         for channel in channels {
+            self.hood.origins.push(DVec3::ZERO);
             self.hood.points.extend(sources.iter().map(|source| match *source {
                 Source::Vertex(v) => channel.get(v),
                 Source::Middle(face) => {

@@ -229,12 +229,7 @@ impl ChildBuilder<'_> {
     }
 
     fn finish(mut self) -> Hood {
-        self.child.num_points = self.sources.len();
-        self.child.points.reserve(self.sources.len() * self.fine.num_channels());
-        for channel in 0..self.fine.num_channels() {
-            let points = self.fine.channel(channel);
-            self.child.points.extend(self.sources.iter().map(|&s| points[s]));
-        }
+        self.child.take_points(self.fine, &self.sources);
         self.child
     }
 }
@@ -270,7 +265,7 @@ pub(super) fn bicubic(hood: &Hood) -> Option<Vec<Bicubic>> {
     let mirrored = [border(0), border(1), border(2), border(3)];
     let patch = |channel: usize| {
         let points = hood.channel(channel);
-        Bicubic::mirrored(source.map(|ix| points[ix]), mirrored)
+        Bicubic::mirrored(source.map(|ix| points[ix]), mirrored, hood.origins[channel])
     };
     Some((0..hood.num_channels()).map(patch).collect())
 }

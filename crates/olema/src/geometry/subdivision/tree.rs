@@ -18,10 +18,9 @@ use super::hood::Hood;
 use super::{limit, quad, triangle};
 use crate::scene::CreaseMethod;
 
-/// Levels after which a piece counts as its nearest corner. Around a vertex of valence 4 a piece is 2e-10 of
-/// the face then, around one of the highest (which shrinks by 0.655 a level) 1e-6; any deeper, and f64 has
-/// too few bits left for the tangents.
-const MAX_DEPTH: u32 = 32;
+/// Levels after which a piece counts as its nearest corner. Around a vertex of valence 4 a piece is 1e-12 of
+/// the face then, around one of the highest valence, which shrinks by 0.655 a level, 5e-8.
+const MAX_DEPTH: u32 = 40;
 
 /// Pieces kept before the tree starts again.
 const MOST_PIECES: usize = 4096;
@@ -112,7 +111,8 @@ impl Tree {
                     if at.depth >= MAX_DEPTH || is_corner && hood.has_mask(corner) {
                         let scale = (1u64 << at.depth) as f64;
                         let limit = limit::limit(hood, corner, channel);
-                        let jet = quad_corner_jet(corner, limit.p, limit.tangents, scale);
+                        let p = limit.p + hood.origins[channel];
+                        let jet = quad_corner_jet(corner, p, limit.tangents, scale);
                         return (jet, limit.tangents.is_some());
                     }
                     at = Place { piece: self.children(at.piece) + corner as u32, depth: at.depth + 1 };
@@ -142,7 +142,8 @@ impl Tree {
                     let corner = (0..3).fold(0, |best, k| if b[k] > b[best] { k } else { best });
                     if at.depth >= MAX_DEPTH || b[corner] == 1.0 && hood.has_mask(corner) {
                         let limit = limit::limit(hood, corner, channel);
-                        let mut jet = Jet { p: limit.p, ..Jet::default() };
+                        let p = limit.p + hood.origins[channel];
+                        let mut jet = Jet { p, ..Jet::default() };
                         if let Some([next, prev]) = limit.tangents {
                             let along =
                                 |d: [f64; 3]| next * d[(corner + 1) % 3] + prev * d[(corner + 2) % 3];
@@ -190,7 +191,7 @@ impl Tree {
             Piece::Hood { hood, .. } => {
                 let size = 1.0 / (1u64 << at.depth) as f64;
                 if at.depth >= MAX_DEPTH || size <= smallest && !hood.has_middles {
-                    hood.channel(channel).iter().copied().for_each(grow);
+                    hood.channel(channel).iter().for_each(|&p| grow(p + hood.origins[channel]));
                     return;
                 }
                 let first = self.children(at.piece);
@@ -245,7 +246,7 @@ impl Tree {
                 };
                 let size = (0..3).map(extent).fold(0.0, f64::max);
                 if at.depth >= MAX_DEPTH || size >= 8.0 {
-                    hood.channel(channel).iter().copied().for_each(grow);
+                    hood.channel(channel).iter().for_each(|&p| grow(p + hood.origins[channel]));
                     return;
                 }
                 let first = self.children(at.piece);

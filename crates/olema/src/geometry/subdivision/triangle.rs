@@ -148,11 +148,7 @@ impl ChildBuilder<'_> {
     }
 
     fn finish(mut self) -> Hood {
-        self.child.num_points = self.sources.len();
-        for channel in 0..self.fine.num_channels() {
-            let points = self.fine.channel(channel);
-            self.child.points.extend(self.sources.iter().map(|&s| points[s]));
-        }
+        self.child.take_points(self.fine, &self.sources);
         self.child
     }
 }
@@ -171,9 +167,9 @@ pub(super) fn box_spline(hood: &Hood) -> Option<Vec<BoxSpline>> {
     }
     let patch = |channel: usize| {
         let points = hood.channel(channel);
-        BoxSpline::from_rings([0, 1, 2].map(|c| whole_ring(&hood.rings[c], points)), {
-            [0, 1, 2].map(|c| points[hood.rings[c].vertex()])
-        })
+        let rings = [0, 1, 2].map(|c| whole_ring(&hood.rings[c], points));
+        let corners = [0, 1, 2].map(|c| points[hood.rings[c].vertex()]);
+        BoxSpline::from_rings(rings, corners, hood.origins[channel])
     };
     Some((0..hood.num_channels()).map(patch).collect())
 }

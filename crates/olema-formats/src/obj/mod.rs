@@ -135,7 +135,8 @@ impl Messages<'_> {
         let before = &self.bytes[line.start..offset.min(self.bytes.len())];
         let number = line.number + before.iter().filter(|b| **b == b'\n').count() as u32;
         let start = before.iter().rposition(|b| *b == b'\n').map_or(line.start, |i| line.start + i + 1);
-        let end = self.bytes[start..].iter().position(|b| *b == b'\n').map_or(self.bytes.len(), |i| start + i);
+        let end =
+            self.bytes[start..].iter().position(|b| *b == b'\n').map_or(self.bytes.len(), |i| start + i);
         let from = start.max(offset.saturating_sub(100));
         let source = &self.bytes[from..end.min(from + 200)];
         self.list.push(Diagnostic {

@@ -112,8 +112,7 @@ pub(super) fn read_tag(line: &Line<'_>, tags: &mut Tags, messages: &mut Messages
 /// The rule of OpenSubdiv's integer.
 fn face_varying_rule(value: i32) -> Option<FaceVaryingRule> {
     use FaceVaryingRule as R;
-    let rules =
-        [R::Smooth, R::CornersOnly, R::CornersPlus1, R::CornersPlus2, R::Boundaries, R::Linear];
+    let rules = [R::Smooth, R::CornersOnly, R::CornersPlus1, R::CornersPlus2, R::Boundaries, R::Linear];
     usize::try_from(value).ok().and_then(|i| rules.get(i).copied())
 }
 

@@ -114,9 +114,28 @@ fn every_model_of_a_folder_is_read_and_evaluated() {
 /// Lines that look like OBJ more often than not.
 fn line() -> impl Strategy<Value = String> {
     let word = prop_oneof![
-        Just("v"), Just("vt"), Just("f"), Just("t"), Just("g"), Just("crease"), Just("corner"), Just("hole"),
-        Just("1"), Just("2"), Just("3"), Just("-1"), Just("4/1"), Just("2/1/0"), Just("1/0/0"), Just("0.5"),
-        Just("nan"), Just("1e30"), Just("99999999999999"), Just("\\"), Just("#"), Just("///"),
+        Just("v"),
+        Just("vt"),
+        Just("f"),
+        Just("t"),
+        Just("g"),
+        Just("crease"),
+        Just("corner"),
+        Just("hole"),
+        Just("1"),
+        Just("2"),
+        Just("3"),
+        Just("-1"),
+        Just("4/1"),
+        Just("2/1/0"),
+        Just("1/0/0"),
+        Just("0.5"),
+        Just("nan"),
+        Just("1e30"),
+        Just("99999999999999"),
+        Just("\\"),
+        Just("#"),
+        Just("///"),
     ];
     prop::collection::vec(word, 0..8).prop_map(|words| words.join(" "))
 }

@@ -78,7 +78,8 @@ impl BoxSpline {
         }
         let mut out = [DVec3::ZERO; 15];
         for (point, [i, j, k]) in out.iter_mut().zip(of_sum(4)) {
-            for (a, b, c) in (0..=i).flat_map(|a| (0..=j).flat_map(move |b| (0..=k).map(move |c| (a, b, c)))) {
+            for (a, b, c) in (0..=i).flat_map(|a| (0..=j).flat_map(move |b| (0..=k).map(move |c| (a, b, c))))
+            {
                 let sign = if (a + b + c) % 2 == 0 { 1.0 } else { -1.0 };
                 let ways = BINOMIAL[i][a] * BINOMIAL[j][b] * BINOMIAL[k][c];
                 *point += values[a][b][c] * (sign * ways / 24.0);

@@ -8,10 +8,10 @@ use glam::{DVec3, Vec3};
 
 use super::bicubic::Jet;
 use super::hood::{Channel, Hood};
+use super::quad;
 use super::surface::{LimitSurface, Var, var_channels, var_width};
 use super::topology::Topology;
 use super::tree::Tree;
-use super::quad;
 use crate::scene::{Scheme, VarValues};
 
 /// A point of the limit surface and its first derivatives in object space.
@@ -85,8 +85,7 @@ impl<'a> Evaluator<'a> {
     /// The limit point of key `key` (below [`LimitSurface::num_keys`]) at (u, v), both in [0, 1].
     pub fn evaluate(&mut self, key: usize, u: f32, v: f32) -> LimitPoint {
         let (jet, defined) = self.jet(key, u, v);
-        let mut point =
-            LimitPoint { p: jet.p.as_vec3(), dp_du: jet.du.as_vec3(), dp_dv: jet.dv.as_vec3() };
+        let mut point = LimitPoint { p: jet.p.as_vec3(), dp_du: jet.du.as_vec3(), dp_dv: jet.dv.as_vec3() };
         if !defined {
             // A sharp corner without a tangent plane, or a vertex of two faces: that of a place just inside.
             let (inside, _) = self.jet(key, inwards(u, 1.0 / 1024.0), inwards(v, 1.0 / 1024.0));
@@ -126,12 +125,10 @@ impl<'a> Evaluator<'a> {
                 }
             }
             Shape::Triangle(tree) => {
-                // Lines of constant u or v are straight in the triangle: the part is two triangles.
-                let corner = |u, v| barycentric(self.corner, u, v).0;
-                let [a, b] = [corner(u[0], v[0]), corner(u[1], v[0])];
-                let [c, d] = [corner(u[1], v[1]), corner(u[0], v[1])];
-                tree.triangle_hull([a, b, c], key, &mut grow);
-                tree.triangle_hull([a, c, d], key, &mut grow);
+                // Lines of constant u or v are straight in the triangle.
+                let corner = |(u, v)| barycentric(self.corner, u, v).0;
+                let part = [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])].map(corner);
+                tree.triangle_hull(&part, key, &mut grow);
             }
         }
         // Rounding of the points and of the conversion to f32.

@@ -5,12 +5,12 @@
 //!
 //! The tangents are left eigenvectors of the subdivision matrix. Their directions are exact. Their lengths
 //! are those of the derivatives at regular vertices; elsewhere the derivatives by (u, v) vanish or have no
-//! bound, and the length is that of the same mask. Sources: Halstead, Kass, DeRose 1993; Biermann, Levin,
-//! Zorin 2000 for creases; Loop's crease mask is derived below.
+//! bound, and the length is that of the same mask. Source: Halstead, Kass, DeRose 1993; the masks across
+//! creases are derived below.
 //!
-//! A sharp corner of two or more faces has a limit point but in general no tangent plane (Biermann, Levin,
-//! Zorin 2000), nor have vertices of two faces a mask: there is no tangent then, and the evaluator takes
-//! those a little inside the face.
+//! Sharp corners of two or more faces have a limit point but in general no tangent plane (Biermann, Levin,
+//! Zorin 2000), nor have creases with more than 3 faces (Loop: 5) on one side, nor smooth vertices of two
+//! faces: there is no tangent then, and the evaluator takes those a little inside the face.
 
 use glam::DVec3;
 
@@ -37,7 +37,7 @@ pub(super) fn limit(hood: &Hood, c: usize, channel: usize) -> Limit {
             let (a, b) = (points[ring.edge(a as i32)], points[ring.edge(b as i32)]);
             let p = (vertex * 4.0 + a + b) / 6.0;
             // A crease in a ring that was not cut cannot be settled, so the ends are the crease.
-            let tangents = (!ring.closed).then(|| crease_tangents(ring, points));
+            let tangents = if ring.closed { None } else { crease_tangents(ring, points) };
             Limit { p, tangents }
         }
         Rule::Smooth => smooth_limit(ring, points, vertex),
@@ -57,8 +57,8 @@ fn smooth_limit(ring: &Ring, points: &[DVec3], vertex: DVec3) -> Limit {
         vertex * (1.0 - n * w) + edges * w
     };
     let at = i64::from(ring.at);
-    let tangents =
-        (ring.num_faces > 2).then(|| [smooth_tangent(ring, points, at), smooth_tangent(ring, points, at + 1)]);
+    let tangents = (ring.num_faces > 2)
+        .then(|| [smooth_tangent(ring, points, at), smooth_tangent(ring, points, at + 1)]);
     Limit { p, tangents }
 }
 
@@ -85,45 +85,36 @@ pub(super) fn loop_weight(num_faces: u32) -> f64 {
     (0.625 - root * root) / f64::from(num_faces)
 }
 
-/// Tangents in an open ring whose ends are a crease through the vertex.
-fn crease_tangents(ring: &Ring, points: &[DVec3]) -> [DVec3; 2] {
-    let m = ring.num_faces as i32;
-    let along = (points[ring.edge(0)] - points[ring.edge(m)]) * 0.5;
-    let across = if ring.step == 2 { quad_across(ring, points) } else { triangle_across(ring, points) };
+/// Tangents in an open ring whose ends are a crease through the vertex, if there is a tangent plane.
+fn crease_tangents(ring: &Ring, points: &[DVec3]) -> Option<[DVec3; 2]> {
+    // With more faces the second mode across the crease shrinks no faster than the one along it.
+    let most_faces = if ring.step == 2 { 3 } else { 5 };
+    if ring.num_faces > most_faces {
+        return None;
+    }
+    let along = (points[ring.edge(0)] - points[ring.edge(ring.num_faces as i32)]) * 0.5;
+    let across = tangent_across(ring, points);
     // All inner edges leave the crease in one direction: the first order of the surface across it.
-    match (ring.next_is_border(), ring.prev_is_border()) {
+    Some(match (ring.next_is_border(), ring.prev_is_border()) {
         (true, false) => [along, across],
         (false, true) => [across, -along],
         _ => [across + along, across - along],
-    }
+    })
 }
 
-/// Tangent across the crease for Catmull-Clark.
-fn quad_across(ring: &Ring, points: &[DVec3]) -> DVec3 {
-    let m = i64::from(ring.num_faces);
-    let vertex = points[ring.vertex()];
-    let ends = points[ring.edge(0)] + points[ring.edge(m as i32)];
-    if m == 1 {
-        return ends * 0.5 - vertex;
-    }
-    let (cos, sin) = half_turn_fraction(1, m);
-    let r = (cos + 1.0) / sin;
-    let mut sum = vertex * (4.0 * r * (cos - 1.0)) - ends * (r * (1.0 + 2.0 * cos));
-    for i in 0..m {
-        let (_, s0) = half_turn_fraction(i, m);
-        let (_, s1) = half_turn_fraction(i + 1, m);
-        sum += points[ring.edge(i as i32)] * (4.0 * s0) + points[ring.far(i as i32)] * (s0 + s1);
-    }
-    sum / (m as f64 * (3.0 + cos))
-}
-
-/// Tangent across the crease for Loop: the left eigenvector that has sin(j pi / m) at the inner edges.
+/// Tangent across a crease: the left eigenvector with sin(j t), t = pi / m, at the inner edges j of m faces.
 ///
-/// The inner edge points follow 3/8 (vertex + own) + 1/8 (neighbours), so the eigenvalue is
-/// l = 3/8 + cos(pi / m) / 4. With the crease rules 3/4, 1/8, 1/8 and 1/2, 1/2, the columns of the vertex (x)
-/// and of a crease edge (y) demand, for s the sum of the inner weights,
-/// l x = 3/4 x + y + 3/8 s and l y = 1/8 x + 1/2 y + 1/8 sin(pi / m).
-fn triangle_across(ring: &Ring, points: &[DVec3]) -> DVec3 {
+/// Under Loop, inner edge points follow 3/8 (vertex + own) + 1/8 (neighbours), so the eigenvalue is
+/// l = 3/8 + cos(t) / 4. Under Catmull-Clark, far corners get z (sin(j t) + sin((j + 1) t)) and their columns
+/// demand z = 1 / (16 l - 4); l is that of a smooth vertex of 2 m faces. With the crease rules 3/4, 1/8, 1/8
+/// and 1/2, 1/2, the columns of the vertex (x) and of a crease edge (y) demand, for s the sum of sin(j t),
+/// ```text
+///   l x = 3/4 x +     y + a s          a = 3/8, b = 1/8             under Loop
+///   l y = 1/8 x + 1/2 y + b sin(t)     a = 3/8 + z/2, b = 1/16 + z/4  under Catmull-Clark
+/// ```
+/// The mask that is in use elsewhere for Catmull-Clark (Biermann et al.) agrees for two faces only: for three
+/// it missed the normals around by 2 degrees.
+fn tangent_across(ring: &Ring, points: &[DVec3]) -> DVec3 {
     let m = i64::from(ring.num_faces);
     let vertex = points[ring.vertex()];
     let ends = points[ring.edge(0)] + points[ring.edge(m as i32)];
@@ -131,14 +122,25 @@ fn triangle_across(ring: &Ring, points: &[DVec3]) -> DVec3 {
         return ends * 0.5 - vertex;
     }
     let (cos, sin) = half_turn_fraction(1, m);
-    let l = 0.375 + 0.25 * cos;
-    let (mut inner, mut s) = (DVec3::ZERO, 0.0);
-    for j in 1..m {
+    let (l, z, a, b, scale) = if ring.step == 2 {
+        let (half, _) = half_turn_fraction(1, 2 * m);
+        let l = (5.0 + cos + half * (2.0 * (9.0 + cos)).sqrt()) / 16.0;
+        let z = 1.0 / (16.0 * l - 4.0);
+        (l, z, 0.375 + 0.5 * z, 0.0625 + 0.25 * z, 4.0 / 3.0)
+    } else {
+        (0.375 + 0.25 * cos, 0.0, 0.375, 0.125, 2.0)
+    };
+    let (mut sum, mut s) = (DVec3::ZERO, 0.0);
+    for j in 0..m {
         let (_, weight) = half_turn_fraction(j, m);
-        inner += points[ring.edge(j as i32)] * weight;
         s += weight;
+        sum += points[ring.edge(j as i32)] * weight;
+        if ring.step == 2 {
+            let (_, next) = half_turn_fraction(j + 1, m);
+            sum += points[ring.far(j as i32)] * (z * (weight + next));
+        }
     }
-    let y = (0.375 * s + (l - 0.75) * sin) / (8.0 * (l - 0.5) * (l - 0.75) - 1.0);
-    let x = 8.0 * (l - 0.5) * y - sin;
-    (inner + vertex * x + ends * y) * (2.0 / m as f64)
+    let y = (a * s + 8.0 * b * (l - 0.75) * sin) / (8.0 * (l - 0.5) * (l - 0.75) - 1.0);
+    let x = 8.0 * ((l - 0.5) * y - b * sin);
+    (sum + vertex * x + ends * y) * (scale / m as f64)
 }

@@ -28,8 +28,7 @@ pub(super) fn refine(hood: &Hood, method: CreaseMethod) -> Hood {
     for (c, ring) in hood.rings.iter().enumerate() {
         let sharpness = hood.ring_sharpness(c);
         for k in 0..sharpness.len() {
-            fine.sharpness[ring.first_sharpness as usize + k] =
-                rules::child_sharpness(method, sharpness, k);
+            fine.sharpness[ring.first_sharpness as usize + k] = rules::child_sharpness(method, sharpness, k);
         }
         blends.push(rules::blend(ring.corner, sharpness, fine.ring_sharpness(c)));
         fine.rings[c].corner = rules::decay(ring.corner);
@@ -159,16 +158,8 @@ impl ChildBuilder<'_> {
             self.push(center, &[far_vertex, beside, face, own, vertex], &[halves[1], 0.0, halves[0]], 1);
         } else {
             let (a_at, b_at) = (a.at as i32, b.at as i32);
-            let ring = [
-                face,
-                own,
-                vertex,
-                a.edge(a_at - 1),
-                a.far(a_at - 1),
-                b.edge(b_at + 2),
-                far_vertex,
-                beside,
-            ];
+            let ring =
+                [face, own, vertex, a.edge(a_at - 1), a.far(a_at - 1), b.edge(b_at + 2), far_vertex, beside];
             self.push(center, &ring, &[0.0, halves[0], 0.0, halves[1]], 0);
         }
     }
@@ -178,9 +169,8 @@ impl ChildBuilder<'_> {
         let n = self.fine.rings.len();
         let center = self.fine.rings[k].far(self.fine.rings[k].at as i32);
         let corners = (0..n).map(|i| (k + i) % n);
-        let ring: Vec<usize> = corners
-            .flat_map(|c| [self.edge_point((c + n - 1) % n), self.fine.rings[c].vertex()])
-            .collect();
+        let ring: Vec<usize> =
+            corners.flat_map(|c| [self.edge_point((c + n - 1) % n), self.fine.rings[c].vertex()]).collect();
         self.push(center, &ring, &vec![0.0; n], 0);
     }
 
@@ -198,16 +188,8 @@ impl ChildBuilder<'_> {
             self.push(center, &[vertex, own, face, beside, far_vertex], &[halves[0], 0.0, halves[1]], 0);
         } else {
             let (a_at, b_at) = (a.at as i32, b.at as i32);
-            let ring = [
-                vertex,
-                own,
-                face,
-                beside,
-                far_vertex,
-                b.edge(b_at - 1),
-                a.far(a_at + 1),
-                a.edge(a_at + 2),
-            ];
+            let ring =
+                [vertex, own, face, beside, far_vertex, b.edge(b_at - 1), a.far(a_at + 1), a.edge(a_at + 2)];
             self.push(center, &ring, &[halves[0], 0.0, halves[1], 0.0], 0);
         }
     }
@@ -219,7 +201,7 @@ impl ChildBuilder<'_> {
             step: 2,
             first_sharpness: self.child.sharpness.len() as u32,
             num_faces: ring.len() as u32 / 2,
-            closed: ring.len() % 2 == 0,
+            closed: ring.len().is_multiple_of(2),
             at,
             corner: 0.0,
         });

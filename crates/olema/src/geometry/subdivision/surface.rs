@@ -126,8 +126,9 @@ impl LimitSurface {
     /// Control values of the positions' tree.
     pub(super) fn channels(&self) -> Vec<Channel<'_>> {
         let keys = self.mesh.points.values[..self.num_keys].iter();
-        let mut channels: Vec<_> =
-            keys.map(|key| Channel { data: key.as_flattened(), stride: 3, offset: 0, width: 3, source: None }).collect();
+        let mut channels: Vec<_> = keys
+            .map(|key| Channel { data: key.as_flattened(), stride: 3, offset: 0, width: 3, source: None })
+            .collect();
         for (var, plan) in self.mesh.vars.iter().zip(&self.vars) {
             if let (VarValues::Floats(data), Var::Vertex(_)) = (&var.values, plan) {
                 channels.extend(var_channels(data, var_width(var), None));
@@ -179,12 +180,9 @@ impl LimitSurface {
             }
             (Class::FaceVarying, Scheme::Bilinear) => Var::FaceLinear,
             (Class::FaceVarying, _) if self.mesh.face_varying == FaceVaryingRule::Linear => Var::FaceLinear,
-            (Class::FaceVarying, _) => Var::FaceSmooth(Box::new(value_sheet(
-                &self.topology,
-                values,
-                width,
-                self.mesh.face_varying,
-            ))),
+            (Class::FaceVarying, _) => {
+                Var::FaceSmooth(Box::new(value_sheet(&self.topology, values, width, self.mesh.face_varying)))
+            }
         }
     }
 }

@@ -145,8 +145,7 @@ impl Tree {
                         let p = limit.p + hood.origins[channel];
                         let mut jet = Jet { p, ..Jet::default() };
                         if let Some([next, prev]) = limit.tangents {
-                            let along =
-                                |d: [f64; 3]| next * d[(corner + 1) % 3] + prev * d[(corner + 2) % 3];
+                            let along = |d: [f64; 3]| next * d[(corner + 1) % 3] + prev * d[(corner + 2) % 3];
                             (jet.du, jet.dv) = (along(directions[0]), along(directions[1]));
                         }
                         return (jet, limit.tangents.is_some());
@@ -213,48 +212,51 @@ impl Tree {
         }
     }
 
-    /// Calls `grow` with points whose hull holds the part of a triangle within the barycentric triangle `t`.
+    /// Calls `grow` with points whose hull holds the part of a triangle within a convex polygon of
+    /// barycentric corners.
     pub(super) fn triangle_hull(
         &mut self,
-        t: [[f64; 3]; 3],
+        polygon: &[[f64; 3]],
         channel: usize,
         grow: &mut impl FnMut(DVec3),
     ) {
         self.trim();
-        self.triangle_hull_in(Place { piece: 0, depth: 0 }, t, channel, grow);
+        let extent = (0..3).map(|c| {
+            let of = || polygon.iter().map(move |b| b[c]);
+            of().fold(f64::MIN, f64::max) - of().fold(f64::MAX, f64::min)
+        });
+        let smallest = extent.fold(0.0, f64::max) / 8.0;
+        self.triangle_hull_in(Place { piece: 0, depth: 0 }, polygon, smallest, channel, grow);
     }
 
     fn triangle_hull_in(
         &mut self,
         at: Place,
-        t: [[f64; 3]; 3],
+        polygon: &[[f64; 3]],
+        smallest: f64,
         channel: usize,
         grow: &mut impl FnMut(DVec3),
     ) {
         match &self.pieces[at.piece as usize] {
-            // A part that reaches a little over the piece's border is held by the continued polynomial.
             Piece::BoxSpline(patches) => {
-                let reaches_far = (0..3).any(|c| range(t, c).0 < -0.25);
-                let part = if reaches_far { WHOLE_TRIANGLE } else { t };
-                patches[channel].bezier(part).into_iter().for_each(grow);
+                for i in 1..polygon.len() - 1 {
+                    let t = [polygon[0], polygon[i], polygon[i + 1]];
+                    patches[channel].bezier(t).into_iter().for_each(&mut *grow);
+                }
             }
             Piece::Bicubic(_) => unreachable!("a B-spline in a tree of triangles"),
             Piece::Hood { hood, .. } => {
-                let extent = |c: usize| {
-                    let (lo, hi) = range(t, c);
-                    hi - lo
-                };
-                let size = (0..3).map(extent).fold(0.0, f64::max);
-                if at.depth >= MAX_DEPTH || size >= 8.0 {
+                if at.depth >= MAX_DEPTH || 1.0 / (1u64 << at.depth) as f64 <= smallest {
                     hood.channel(channel).iter().for_each(|&p| grow(p + hood.origins[channel]));
                     return;
                 }
                 let first = self.children(at.piece);
                 for k in 0..4 {
-                    let part = t.map(|b| into_triangle_child(k, b, 1.0));
-                    if (0..3).all(|c| range(part, c).1 >= -1e-12) {
+                    let part: Vec<_> = polygon.iter().map(|&b| into_triangle_child(k, b, 1.0)).collect();
+                    let part = clip_to_triangle(part);
+                    if part.len() > 2 {
                         let child = Place { piece: first + k as u32, depth: at.depth + 1 };
-                        self.triangle_hull_in(child, part, channel, grow);
+                        self.triangle_hull_in(child, &part, smallest, channel, grow);
                     }
                 }
             }
@@ -262,11 +264,25 @@ impl Tree {
     }
 }
 
-const WHOLE_TRIANGLE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-/// Lowest and highest coordinate `c` of a barycentric triangle.
-fn range(t: [[f64; 3]; 3], c: usize) -> (f64, f64) {
-    (t[0][c].min(t[1][c]).min(t[2][c]), t[0][c].max(t[1][c]).max(t[2][c]))
+/// The part of a convex polygon inside the triangle of its coordinates, or a hair beyond, so that what lies
+/// on a line between two pieces is in one of them in spite of rounding.
+fn clip_to_triangle(mut polygon: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+    const HAIR: f64 = -1e-12;
+    for c in 0..3 {
+        let mut inside = Vec::with_capacity(polygon.len() + 1);
+        for (i, &a) in polygon.iter().enumerate() {
+            let b = polygon[(i + 1) % polygon.len()];
+            if a[c] >= HAIR {
+                inside.push(a);
+            }
+            if (a[c] >= HAIR) != (b[c] >= HAIR) {
+                let t = (HAIR - a[c]) / (b[c] - a[c]);
+                inside.push([0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * t));
+            }
+        }
+        polygon = inside;
+    }
+    polygon
 }
 
 /// Makes the piece of a neighbourhood.

@@ -27,8 +27,7 @@ pub(super) fn refine(hood: &Hood, method: CreaseMethod) -> Hood {
     for (c, ring) in hood.rings.iter().enumerate() {
         let sharpness = hood.ring_sharpness(c);
         for k in 0..sharpness.len() {
-            fine.sharpness[ring.first_sharpness as usize + k] =
-                rules::child_sharpness(method, sharpness, k);
+            fine.sharpness[ring.first_sharpness as usize + k] = rules::child_sharpness(method, sharpness, k);
         }
         blends.push(rules::blend(ring.corner, sharpness, fine.ring_sharpness(c)));
         fine.rings[c].corner = rules::decay(ring.corner);
@@ -125,7 +124,13 @@ impl ChildBuilder<'_> {
         let end = ends[(b.at + 1) as usize % ends.len()];
         let center = self.edge_point(c);
         if a.next_is_border() || [start, end] == [f32::INFINITY; 2] {
-            self.push(center, &[b.vertex(), right, left, a.vertex()], &[end, 0.0, 0.0, start], false, open_at);
+            self.push(
+                center,
+                &[b.vertex(), right, left, a.vertex()],
+                &[end, 0.0, 0.0, start],
+                false,
+                open_at,
+            );
         } else {
             let ring = [left, a.vertex(), a.edge(a_at - 1), b.edge(b_at + 2), b.vertex(), right];
             self.push(center, &ring, &[0.0, start, 0.0, 0.0, end, 0.0], true, at);

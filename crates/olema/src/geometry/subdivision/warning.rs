@@ -52,7 +52,10 @@ impl fmt::Display for MeshWarning {
         use MeshWarning as W;
         match self {
             W::MissingIndices { face, expected, found } => {
-                write!(f, "face {face} needs {expected} vertices, {found} are left; faces from here on left out")
+                write!(
+                    f,
+                    "face {face} needs {expected} vertices, {found} are left; faces from here on left out"
+                )
             }
             W::FaceIndex { face, index, num_vertices } => {
                 write!(f, "face {face} names vertex {index} of {num_vertices}; face left out")
@@ -84,7 +87,10 @@ impl fmt::Display for MeshWarning {
                 write!(f, "crease {crease} names edge {a}-{b}, which no face has; ignored there")
             }
             W::CreaseShape { crease, vertices, sharpness } => {
-                write!(f, "crease {crease} has {vertices} vertices and {sharpness} sharpness values, expected n and 1 or n - 1")
+                write!(
+                    f,
+                    "crease {crease} has {vertices} vertices and {sharpness} sharpness values, expected n and 1 or n - 1"
+                )
             }
             W::Sharpness { what, index, sharpness } => {
                 write!(f, "{what} {index} has sharpness {sharpness}, expected 0 or more; ignored")

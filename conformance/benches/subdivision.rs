@@ -19,16 +19,15 @@ fn creased_torus() -> SubdivisionMesh {
     mesh
 }
 
-/// Evaluates a grid of 16 x 16 on every base quad.
-fn evaluate_all(surface: &LimitSurface) {
-    for quad in 0..surface.num_quads() as u32 {
-        let mut evaluator = surface.evaluator(quad);
-        for j in 0..=15u8 {
-            for i in 0..=15u8 {
-                black_box(evaluator.evaluate(0, f32::from(i) / 15.0, f32::from(j) / 15.0));
-            }
+/// Evaluates a grid of 16 x 16 on a base quad; returns the evaluator's bytes.
+fn evaluate(surface: &LimitSurface, quad: u32) -> usize {
+    let mut evaluator = surface.evaluator(quad);
+    for j in 0..=15u8 {
+        for i in 0..=15u8 {
+            black_box(evaluator.evaluate(0, f32::from(i) / 15.0, f32::from(j) / 15.0));
         }
     }
+    evaluator.num_bytes()
 }
 
 fn subdivision(c: &mut Criterion) {
@@ -38,9 +37,11 @@ fn subdivision(c: &mut Criterion) {
     c.bench_function("tables of 10,000 quads", |b| b.iter(|| LimitSurface::new(Arc::clone(&torus))));
     for (name, mesh) in [("regular", &torus), ("creased", &creased), ("extraordinary", &extraordinary)] {
         let surface = LimitSurface::new(Arc::clone(mesh)).0;
+        let largest = (0..surface.num_quads() as u32).map(|quad| evaluate(&surface, quad)).max();
         println!("{name}: {} quads, {} bytes", surface.num_quads(), surface.num_bytes());
+        println!("{name}: largest evaluator {largest:?} bytes");
         c.bench_function(&format!("{name}: 256 points on each base quad"), |b| {
-            b.iter(|| evaluate_all(&surface))
+            b.iter(|| (0..surface.num_quads() as u32).map(|q| evaluate(&surface, q)).sum::<usize>())
         });
         c.bench_function(&format!("{name}: begin each base quad, box of a quarter"), |b| {
             b.iter(|| {

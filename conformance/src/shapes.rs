@@ -263,9 +263,9 @@ fn normal(points: &[[f32; 3]], face: &[i32]) -> [f32; 3] {
     let mut n = [0.0f32; 3];
     for i in 0..face.len() {
         let (a, b) = (points[face[i] as usize], points[face[(i + 1) % face.len()] as usize]);
-        for c in 0..3 {
+        for (c, n) in n.iter_mut().enumerate() {
             let (d, e) = ((c + 1) % 3, (c + 2) % 3);
-            n[c] += (a[d] - b[d]) * (a[e] + b[e]);
+            *n += (a[d] - b[d]) * (a[e] + b[e]);
         }
     }
     let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();

@@ -2,7 +2,7 @@
 //!
 //! In: bytes. Out: an [`Obj`] and diagnostics; never an error, since whatever lines make sense are kept.
 //! Positions, texture coordinates, normals, faces of any size, negative indices, groups, materials' names and
-//! `t` tags are read ([`tags`]); curves and free-form surfaces are not.
+//! `t` tags are read ([`Tags`]); curves and free-form surfaces are not.
 
 mod scan;
 mod tags;

@@ -257,3 +257,31 @@ fn keys_are_evaluated_alike() {
     let expected = points[0].p * glam::Vec3::new(1.0, 2.0, 1.0) + glam::Vec3::X;
     assert!((points[1].p - expected).length() < 1e-6);
 }
+
+#[test]
+fn chaikin_changes_nothing_where_sharpness_is_even() {
+    let loop_of = |method: CreaseMethod, sharpness: Vec<f32>| {
+        let mut mesh = shapes::cube();
+        mesh.crease_method = method;
+        mesh.creases.push(Crease { vertices: vec![0, 1, 3, 2, 0], sharpness });
+        surface(mesh).evaluator(2).evaluate(0, 0.4, 0.05)
+    };
+    use CreaseMethod::{Chaikin, Uniform};
+    assert_eq!(loop_of(Chaikin, vec![2.5]), loop_of(Uniform, vec![2.5]));
+    let uneven = vec![4.0, 1.0, 1.0, 2.0];
+    assert_ne!(loop_of(Chaikin, uneven.clone()), loop_of(Uniform, uneven));
+}
+
+#[test]
+fn edges_beside_polygons_are_split_on_both_sides() {
+    let surface = surface(shapes::prism(5));
+    // Base quads: five of each end, then the sides, whose edges 0 and 2 lie along the ends.
+    for quad in 0..surface.num_quads() as u32 {
+        let base = surface.quad(quad);
+        for (side, edge) in base.edges.iter().enumerate() {
+            let along_end = quad < 10 && (side == 0 || side == 3) || quad >= 10 && side % 2 == 0;
+            assert_eq!(edge.split, along_end, "{quad} {side}");
+            assert_eq!(edge.piece == Piece::Whole, quad >= 10 || side == 1 || side == 2);
+        }
+    }
+}

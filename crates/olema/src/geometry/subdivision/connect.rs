@@ -33,14 +33,14 @@ pub struct EdgeRef {
     pub split: bool,
     /// Faces on both sides may have normals of their own here: a border, or an edge with some sharpness
     /// (semi-sharp ones are smooth in the limit).
-    pub crease: Crease,
+    pub kind: EdgeKind,
     /// Faces along the edge, drawn or not.
     pub num_faces: u32,
 }
 
 /// Whether the surface has a fold along an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Crease {
+pub enum EdgeKind {
     /// Not sharp at all.
     Smooth,
     /// Semi-sharp: tangents agree across it in the limit.
@@ -124,13 +124,13 @@ fn mesh_edge(topology: &Topology, corner: u32, piece: Piece) -> EdgeRef {
         Piece::SecondHalf if reversed => Piece::FirstHalf,
         piece => piece,
     };
-    let crease = match edge.sharpness {
-        _ if !edge.joined => Crease::Border,
-        f32::INFINITY => Crease::Infinite,
-        s if s > 0.0 => Crease::SemiSharp,
-        _ => Crease::Smooth,
+    let kind = match edge.sharpness {
+        _ if !edge.joined => EdgeKind::Border,
+        f32::INFINITY => EdgeKind::Infinite,
+        s if s > 0.0 => EdgeKind::SemiSharp,
+        _ => EdgeKind::Smooth,
     };
-    EdgeRef { edge: id, piece, reversed, split: edge.split, crease, num_faces: edge.num_faces }
+    EdgeRef { edge: id, piece, reversed, split: edge.split, kind, num_faces: edge.num_faces }
 }
 
 /// The inner edge of an n-gon that begins in the middle of the side leaving `corner`.
@@ -140,7 +140,7 @@ fn inner_edge(topology: &Topology, corner: u32, reversed: bool) -> EdgeRef {
         piece: Piece::Whole,
         reversed,
         split: false,
-        crease: Crease::Smooth,
+        kind: EdgeKind::Smooth,
         num_faces: 2,
     }
 }

@@ -8,7 +8,6 @@ use glam::{DVec3, Vec3};
 
 use super::bicubic::Jet;
 use super::hood::{Channel, Hood};
-use super::quad;
 use super::surface::{LimitSurface, Var, var_channels, var_width};
 use super::topology::Topology;
 use super::tree::Tree;
@@ -80,6 +79,15 @@ impl<'a> Evaluator<'a> {
             Scheme::Loop => Shape::Triangle(tree(surface, &surface.topology, face, corner, &channels)),
         };
         Evaluator { surface, face, corner, shape, values: Vec::new() }
+    }
+
+    /// Bytes that the evaluator holds by now.
+    pub fn num_bytes(&self) -> usize {
+        let shape = match &self.shape {
+            Shape::Quad(tree) | Shape::Triangle(tree) => tree.num_bytes(),
+            Shape::Bilinear(corners) => size_of_val(corners.as_slice()),
+        };
+        size_of::<Self>() + shape + self.values.iter().map(|(_, tree)| tree.num_bytes()).sum::<usize>()
     }
 
     /// The limit point of key `key` (below [`LimitSurface::num_keys`]) at (u, v), both in [0, 1].
@@ -218,16 +226,14 @@ fn tree(
     channels: &[Channel<'_>],
 ) -> Tree {
     let method = surface.mesh.crease_method;
-    let root = if surface.mesh.scheme == Scheme::Loop {
-        Hood::of_triangle(topology, face, channels)
-    } else {
-        let polygon = Hood::of_polygon(topology, face, channels);
-        match surface.is_whole(face) {
-            true => polygon,
-            false => quad::child(&quad::refine(&polygon, method), corner as usize),
-        }
-    };
-    Tree::new(root, method)
+    if surface.mesh.scheme == Scheme::Loop {
+        return Tree::new(&Hood::of_triangle(topology, face, channels), method);
+    }
+    let polygon = Hood::of_polygon(topology, face, channels);
+    match surface.is_whole(face) {
+        true => Tree::new(&polygon, method),
+        false => Tree::of_corner(&polygon, corner, method),
+    }
 }
 
 /// The jet of a channel, and whether its derivatives are defined.

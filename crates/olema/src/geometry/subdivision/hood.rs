@@ -143,6 +143,24 @@ impl Hood {
         self.origins.len()
     }
 
+    /// Makes this a copy of `other` with its own memory.
+    pub(super) fn copy_from(&mut self, other: &Hood) {
+        self.rings.clone_from(&other.rings);
+        self.sharpness.clone_from(&other.sharpness);
+        self.points.clone_from(&other.points);
+        self.origins.clone_from(&other.origins);
+        (self.num_points, self.has_middles) = (other.num_points, other.has_middles);
+    }
+
+    /// Empties it but for its memory.
+    pub(super) fn clear(&mut self) {
+        self.rings.clear();
+        self.sharpness.clear();
+        self.points.clear();
+        self.origins.clear();
+        self.has_middles = false;
+    }
+
     /// Takes from `fine`, channel by channel, the points at `sources`, and makes the first of them the origin.
     pub(super) fn take_points(&mut self, fine: &Hood, sources: &[usize]) {
         self.num_points = sources.len();
@@ -207,6 +225,17 @@ impl Hood {
         }
         builder.finish(topology, sources, channels, false)
     }
+}
+
+/// Memory for refining, used again and again: most hoods turn into splines as soon as they are made.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scratch {
+    /// The refinement of the last hood.
+    pub(super) fine: Hood,
+    /// Its last child.
+    pub(super) child: Hood,
+    /// Where the child's points stand in `fine`.
+    pub(super) sources: Vec<usize>,
 }
 
 /// Where a point of a control mesh's ring comes from.

@@ -34,7 +34,7 @@ mod triangle;
 mod trig;
 mod warning;
 
-pub use connect::{BaseQuad, CornerId, Crease, EdgeRef, Piece};
+pub use connect::{BaseQuad, CornerId, EdgeKind, EdgeRef, Piece};
 pub use evaluator::{Aabb, Evaluator, LimitPoint};
 pub use surface::LimitSurface;
 pub use warning::MeshWarning;

@@ -16,32 +16,28 @@
 use glam::DVec3;
 
 use super::bicubic::Bicubic;
-use super::hood::{Hood, Ring, cut};
+use super::hood::{Hood, Ring, Scratch, cut};
 use super::rules::{self, Blend, Rule};
 use crate::scene::CreaseMethod;
 
-/// The rings of all corners one level down: each has its vertex point, edge points and face points in the
-/// places of the vertex, edge ends and far corners before.
-pub(super) fn refine(hood: &Hood, method: CreaseMethod) -> Hood {
-    let mut fine = Hood { has_middles: false, ..hood.clone() };
-    let mut blends = Vec::with_capacity(hood.rings.len());
+/// The rings of all corners one level down, into `fine`: each has its vertex point, edge points and face
+/// points in the places of the vertex, edge ends and far corners before.
+pub(super) fn refine(hood: &Hood, method: CreaseMethod, fine: &mut Hood) {
+    fine.copy_from(hood);
+    fine.has_middles = false;
     for (c, ring) in hood.rings.iter().enumerate() {
         let sharpness = hood.ring_sharpness(c);
         for k in 0..sharpness.len() {
             fine.sharpness[ring.first_sharpness as usize + k] = rules::child_sharpness(method, sharpness, k);
         }
-        blends.push(rules::blend(ring.corner, sharpness, fine.ring_sharpness(c)));
+        let blend = rules::blend(ring.corner, sharpness, fine.ring_sharpness(c));
         fine.rings[c].corner = rules::decay(ring.corner);
-    }
-    for channel in 0..hood.num_channels() {
-        let points = hood.channel(channel);
-        let out = &mut fine.points[channel * hood.num_points..];
-        for (c, ring) in hood.rings.iter().enumerate() {
-            let out = &mut out[ring.vertex()..=ring.vertex() + ring.num_points() as usize];
-            refine_ring(hood, ring, points, hood.ring_sharpness(c), blends[c], out);
+        for channel in 0..hood.num_channels() {
+            let first = channel * hood.num_points + ring.vertex();
+            let out = &mut fine.points[first..=first + ring.num_points() as usize];
+            refine_ring(hood, ring, hood.channel(channel), sharpness, blend, out);
         }
     }
-    fine
 }
 
 /// One ring's vertex point, edge points and face points; `fine` holds the vertex and the ring.
@@ -90,25 +86,28 @@ pub(super) fn mix(blend: Blend, point: impl Fn(Rule) -> DVec3) -> DVec3 {
     if blend.weight >= 1.0 { parent } else { point(blend.child).lerp(parent, blend.weight) }
 }
 
-/// The neighbourhood of child `k` of the face whose refinement is `fine`.
-pub(super) fn child(fine: &Hood, k: usize) -> Hood {
+/// The neighbourhood of child `k` of the face whose refinement is `scratch.fine`, into `scratch.child`.
+pub(super) fn child(scratch: &mut Scratch, k: usize) {
+    let Scratch { fine, child, sources } = scratch;
+    child.clear();
+    sources.clear();
     let n = fine.rings.len();
     let (prev, next) = ((k + n - 1) % n, (k + 1) % n);
-    let mut builder = ChildBuilder { fine, child: Hood::default(), sources: Vec::new() };
+    let mut builder = ChildBuilder { fine, child, sources };
     builder.vertex_ring(k);
     builder.next_edge_ring(k, prev, next);
     builder.face_ring(k);
     builder.prev_edge_ring(k, prev);
     // The children of an n-gon are base quads of their own, with the n-gon's corner at (0, 0).
-    builder.child.rings.rotate_right(if n == 4 { k } else { 0 });
-    builder.finish()
+    child.rings.rotate_right(if n == 4 { k } else { 0 });
+    child.take_points(fine, sources);
 }
 
 /// Puts the rings of a child together from the refined rings of its parent.
 struct ChildBuilder<'a> {
     fine: &'a Hood,
-    child: Hood,
-    sources: Vec<usize>,
+    child: &'a mut Hood,
+    sources: &'a mut Vec<usize>,
 }
 
 impl ChildBuilder<'_> {
@@ -168,10 +167,13 @@ impl ChildBuilder<'_> {
     fn face_ring(&mut self, k: usize) {
         let n = self.fine.rings.len();
         let center = self.fine.rings[k].far(self.fine.rings[k].at as i32);
-        let corners = (0..n).map(|i| (k + i) % n);
-        let ring: Vec<usize> =
-            corners.flat_map(|c| [self.edge_point((c + n - 1) % n), self.fine.rings[c].vertex()]).collect();
-        self.push(center, &ring, &vec![0.0; n], 0);
+        self.begin(center, 2 * n, 0);
+        for i in 0..n {
+            let c = (k + i) % n;
+            let edge_point = self.edge_point((c + n - 1) % n);
+            self.sources.extend([edge_point, self.fine.rings[c].vertex()]);
+            self.child.sharpness.push(0.0);
+        }
     }
 
     /// The ring of the point on the edge to the corner before.
@@ -196,23 +198,23 @@ impl ChildBuilder<'_> {
 
     /// Adds a ring of edge ends and far corners in turn; an odd number of them makes an open one.
     fn push(&mut self, center: usize, ring: &[usize], sharpness: &[f32], at: u32) {
-        self.child.rings.push(Ring {
-            first: self.sources.len() as u32 + 1,
-            step: 2,
-            first_sharpness: self.child.sharpness.len() as u32,
-            num_faces: ring.len() as u32 / 2,
-            closed: ring.len().is_multiple_of(2),
-            at,
-            corner: 0.0,
-        });
-        self.sources.push(center);
+        self.begin(center, ring.len(), at);
         self.sources.extend_from_slice(ring);
         self.child.sharpness.extend_from_slice(sharpness);
     }
 
-    fn finish(mut self) -> Hood {
-        self.child.take_points(self.fine, &self.sources);
-        self.child
+    /// Begins a ring of `num_points` points.
+    fn begin(&mut self, center: usize, num_points: usize, at: u32) {
+        self.child.rings.push(Ring {
+            first: self.sources.len() as u32 + 1,
+            step: 2,
+            first_sharpness: self.child.sharpness.len() as u32,
+            num_faces: num_points as u32 / 2,
+            closed: num_points.is_multiple_of(2),
+            at,
+            corner: 0.0,
+        });
+        self.sources.push(center);
     }
 }
 

@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use super::bicubic::{Bicubic, Jet};
 use super::box_spline::BoxSpline;
-use super::hood::Hood;
+use super::hood::{Hood, Scratch};
 use super::{limit, quad, triangle};
 use crate::scene::CreaseMethod;
 
@@ -48,12 +48,33 @@ struct Place {
 pub(super) struct Tree {
     pieces: Vec<Piece>,
     method: CreaseMethod,
+    scratch: Scratch,
 }
 
 impl Tree {
     /// The tree over a neighbourhood: a quad, or a triangle under Loop.
-    pub(super) fn new(root: Hood, method: CreaseMethod) -> Tree {
-        Tree { pieces: vec![piece(root)], method }
+    pub(super) fn new(root: &Hood, method: CreaseMethod) -> Tree {
+        Tree { pieces: vec![piece(root)], method, scratch: Scratch::default() }
+    }
+
+    /// The tree over the base quad at a corner of a polygon.
+    pub(super) fn of_corner(polygon: &Hood, corner: u32, method: CreaseMethod) -> Tree {
+        let mut scratch = Scratch::default();
+        quad::refine(polygon, method, &mut scratch.fine);
+        quad::child(&mut scratch, corner as usize);
+        Tree { pieces: vec![piece(&scratch.child)], method, scratch }
+    }
+
+    /// Bytes of the pieces made so far.
+    pub(super) fn num_bytes(&self) -> usize {
+        let held = |piece: &Piece| match piece {
+            Piece::Bicubic(patches) => size_of_val::<[Bicubic]>(patches),
+            Piece::BoxSpline(patches) => size_of_val::<[BoxSpline]>(patches),
+            Piece::Hood { hood, .. } => {
+                size_of::<Hood>() + size_of_val(hood.points.as_slice()) + 4 * hood.sharpness.len()
+            }
+        };
+        self.pieces.iter().map(|piece| size_of::<Piece>() + held(piece)).sum()
     }
 
     /// Forgets pieces when there are too many of them.
@@ -74,18 +95,15 @@ impl Tree {
         if let Some(first) = *children {
             return first;
         }
-        let made: Vec<Piece> = match hood.rings[0].step {
-            1 => {
-                let fine = triangle::refine(hood, self.method);
-                (0..4).map(|k| piece(triangle::child(&fine, k))).collect()
-            }
-            _ => {
-                let fine = quad::refine(hood, self.method);
-                (0..4).map(|k| piece(quad::child(&fine, k))).collect()
-            }
-        };
+        let is_loop = hood.rings[0].step == 1;
+        let refine = if is_loop { triangle::refine } else { quad::refine };
+        let child = if is_loop { triangle::child } else { quad::child };
+        refine(hood, self.method, &mut self.scratch.fine);
         let first = self.pieces.len() as u32;
-        self.pieces.extend(made);
+        for k in 0..4 {
+            child(&mut self.scratch, k);
+            self.pieces.push(piece(&self.scratch.child));
+        }
         if let Piece::Hood { children, .. } = &mut self.pieces[ix as usize] {
             *children = Some(first);
         }
@@ -286,15 +304,15 @@ fn clip_to_triangle(mut polygon: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
 }
 
 /// Makes the piece of a neighbourhood.
-fn piece(hood: Hood) -> Piece {
+fn piece(hood: &Hood) -> Piece {
     if hood.rings[0].step == 1 {
-        if let Some(patches) = triangle::box_spline(&hood) {
+        if let Some(patches) = triangle::box_spline(hood) {
             return Piece::BoxSpline(patches.into());
         }
-    } else if let Some(patches) = quad::bicubic(&hood) {
+    } else if let Some(patches) = quad::bicubic(hood) {
         return Piece::Bicubic(patches.into());
     }
-    Piece::Hood { hood: Box::new(hood), children: None }
+    Piece::Hood { hood: Box::new(hood.clone()), children: None }
 }
 
 /// Derivatives by u and v at a corner, from the tangents along its two edges.

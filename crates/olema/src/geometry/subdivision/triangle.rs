@@ -14,33 +14,28 @@
 use glam::DVec3;
 
 use super::box_spline::BoxSpline;
-use super::hood::{Hood, Ring, cut};
+use super::hood::{Hood, Ring, Scratch, cut};
 use super::limit::loop_weight;
 use super::quad::mix;
 use super::rules::{self, Blend, Rule};
 use crate::scene::CreaseMethod;
 
-/// The rings of all corners one level down, edge points in the places of edge ends.
-pub(super) fn refine(hood: &Hood, method: CreaseMethod) -> Hood {
-    let mut fine = hood.clone();
-    let mut blends = Vec::with_capacity(3);
+/// The rings of all corners one level down, into `fine`, edge points in the places of edge ends.
+pub(super) fn refine(hood: &Hood, method: CreaseMethod, fine: &mut Hood) {
+    fine.copy_from(hood);
     for (c, ring) in hood.rings.iter().enumerate() {
         let sharpness = hood.ring_sharpness(c);
         for k in 0..sharpness.len() {
             fine.sharpness[ring.first_sharpness as usize + k] = rules::child_sharpness(method, sharpness, k);
         }
-        blends.push(rules::blend(ring.corner, sharpness, fine.ring_sharpness(c)));
+        let blend = rules::blend(ring.corner, sharpness, fine.ring_sharpness(c));
         fine.rings[c].corner = rules::decay(ring.corner);
-    }
-    for channel in 0..hood.num_channels() {
-        let points = hood.channel(channel);
-        let first = channel * hood.num_points;
-        let out = &mut fine.points[first..first + hood.num_points];
-        for (c, ring) in hood.rings.iter().enumerate() {
-            refine_ring(ring, points, hood.ring_sharpness(c), blends[c], out);
+        for channel in 0..hood.num_channels() {
+            let first = channel * hood.num_points;
+            let out = &mut fine.points[first..first + hood.num_points];
+            refine_ring(ring, hood.channel(channel), sharpness, blend, out);
         }
     }
-    fine
 }
 
 fn refine_ring(ring: &Ring, points: &[DVec3], sharpness: &[f32], blend: Blend, out: &mut [DVec3]) {
@@ -69,9 +64,13 @@ fn refine_ring(ring: &Ring, points: &[DVec3], sharpness: &[f32], blend: Blend, o
     }
 }
 
-/// The neighbourhood of child `k`, 0 to 3, of the triangle whose refinement is `fine`.
-pub(super) fn child(fine: &Hood, k: usize) -> Hood {
-    let mut builder = ChildBuilder { fine, child: Hood::default(), sources: Vec::new() };
+/// The neighbourhood of child `k`, 0 to 3, of the triangle whose refinement is `scratch.fine`, into
+/// `scratch.child`.
+pub(super) fn child(scratch: &mut Scratch, k: usize) {
+    let Scratch { fine, child, sources } = scratch;
+    child.clear();
+    sources.clear();
+    let mut builder = ChildBuilder { fine, child, sources };
     if k == 3 {
         // The middle is the second of three own faces at each edge point.
         for c in 0..3 {
@@ -82,16 +81,16 @@ pub(super) fn child(fine: &Hood, k: usize) -> Hood {
         builder.vertex_ring(k);
         builder.edge_ring(k, 0, 2);
         builder.edge_ring(prev, 4, 0);
-        builder.child.rings.rotate_right(k);
+        child.rings.rotate_right(k);
     }
-    builder.finish()
+    child.take_points(fine, sources);
 }
 
 /// Puts the rings of a child together from the refined rings of its parent.
 struct ChildBuilder<'a> {
     fine: &'a Hood,
-    child: Hood,
-    sources: Vec<usize>,
+    child: &'a mut Hood,
+    sources: &'a mut Vec<usize>,
 }
 
 impl ChildBuilder<'_> {
@@ -150,11 +149,6 @@ impl ChildBuilder<'_> {
         self.sources.push(center);
         self.sources.extend_from_slice(ring);
         self.child.sharpness.extend_from_slice(sharpness);
-    }
-
-    fn finish(mut self) -> Hood {
-        self.child.take_points(self.fine, &self.sources);
-        self.child
     }
 }
 

@@ -127,7 +127,7 @@ impl Interp {
             "perspective" => {
                 let fov =
                     args.find("fov").and_then(|p| args.param_floats(p).first()).copied().unwrap_or(90.0);
-                if !(fov >= 1e-3 && fov < 179.999) {
+                if !(1e-3..179.999).contains(&fov) {
                     return Err(Fault::error(
                         args.pos(0),
                         format!("fov is {fov}: expected above 0 and below 180; ignored"),

@@ -23,7 +23,7 @@ fn a_wrong_statement_is_told_with_its_line_and_skipped() {
         ("Patch \"bilinear\" \"P\"", 3, 1, "expected numbers (vertex point), found \"Patch\""),
         ("Surface \"matte\" \"string x\" 3", 2, 28, "expected a string"),
         ("Surface \"matte\" \"integer x\" [1.5]", 2, 30, "32-bit integer"),
-        ("Surface \"matte\" \"uniform x\" 3", 2, 17, "expected a type"),
+        ("Surface \"matte\" \"uniform x\" 3", 2, 17, "expected [class] type"),
         ("Surface 3", 2, 9, "expected \"shader\", found a number"),
         ("PointsPolygons [3.5] [] \"P\" []", 2, 17, "32-bit integer"),
         ("Declare \"x\" \"flaot\"", 2, 13, "expected [class] type"),

@@ -1,1 +1,7 @@
 //! Scenes, comparisons, goldens and benches shared by the tests of all engines.
+
+pub mod closed;
+pub mod cracks;
+pub mod goldens;
+pub mod scenes;
+pub mod teapot;

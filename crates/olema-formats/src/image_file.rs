@@ -1,1 +1,340 @@
 //! Image files: PNG with 8 bits a channel.
+//!
+//! In: an [`Image`] after exposure (colour multiplied by alpha). Out: a file that is whole or not there. And
+//! back: a file as a [`Picture8`]. Sources: PNG specification, third edition, sections 6.2 (alpha) and 11.3
+//! (colour); RenderMan Interface 3.2, section 4.2 (`Quantize`).
+//!
+//! **Which curve the bytes are on.** PNG viewers take bytes as sRGB. Where `Exposure` has gamma 1 the image is
+//! linear: bytes get the sRGB curve, and the file says so (`sRGB` chunk). Where `Exposure` applies a gamma of
+//! its own, a second curve would brighten the picture twice: bytes are the values as they are, and the file
+//! carries `gAMA` = 1/gamma, which is what they are. A viewer that heeds it shows the scene's light, one that
+//! ignores it shows the bytes as the scene's author prepared them for a display; either way one curve is
+//! undone once.
+//!
+//! **Alpha.** PNG holds colour that is not multiplied by alpha, so each colour is divided by it in linear light:
+//! with a gamma g that is a division by alpha^(1/g) (see [`finish_pixel`](olema::image::finish_pixel)). Without
+//! an alpha channel, colours stay multiplied: the picture over black.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use olema::Image;
+use olema::image::{Picture8, dither_noise, quantize, srgb_encode};
+use olema::math::function;
+
+use crate::rib::Quantize;
+
+/// Most pixels of a file that is read; the picture takes four bytes for each.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// Most pixels of an interlaced file, which is held twice before its rows are all there.
+pub const MAX_INTERLACED_PIXELS: u64 = 1 << 26;
+
+/// An image file could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// The file system says no.
+    #[error("{}: cannot {action}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was tried: "create", "write", "rename", "open", "read".
+        action: &'static str,
+        /// The system's word.
+        source: io::Error,
+    },
+    /// The bytes are not a PNG that can be read.
+    #[error("{}: not a readable PNG file: {source}", path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: png::DecodingError,
+    },
+    /// The picture cannot be held by a PNG file.
+    #[error("{}: cannot encode: {source}", path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: png::EncodingError,
+    },
+    /// The file claims to be larger than what is read.
+    #[error("{}: {width}x{height} pixels are too many: expected at most {limit}", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Width it claims.
+        width: u32,
+        /// Height it claims.
+        height: u32,
+        /// Most pixels.
+        limit: u64,
+    },
+    /// The image lacks a channel that the file needs, or has not as many values as pixels.
+    #[error("{}: the image has no channel \"{channel}\" of {expected} values", path.display())]
+    Channel {
+        /// The file.
+        path: PathBuf,
+        /// The channel.
+        channel: &'static str,
+        /// Pixels of the window.
+        expected: usize,
+    },
+}
+
+/// Channels of a PNG file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PngMode {
+    /// Red, green, blue: the picture over black.
+    Rgb,
+    /// Red, green, blue, alpha; colour not multiplied by alpha.
+    #[default]
+    Rgba,
+}
+
+/// How a PNG file is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PngOptions {
+    /// Channels.
+    pub mode: PngMode,
+    /// Quantization. A file of 8 bits holds no more than 0 to 255: where `one` is 0 (floats) or `max` above
+    /// 255, one 255 and the range 0 to 255 are used instead, with the same dither.
+    pub quantize: Quantize,
+    /// Gamma that `Exposure` applied to the image; 1 is linear.
+    pub gamma: f32,
+}
+
+impl Default for PngOptions {
+    fn default() -> Self {
+        let quantize = Quantize { one: 255, min: 0, max: 255, dither: 0.5 };
+        PngOptions { mode: PngMode::default(), quantize, gamma: 1.0 }
+    }
+}
+
+/// Writes the window of an image as a PNG file.
+///
+/// The file is written under a temporary name in the same directory and then renamed: it is never half there,
+/// and an older one of that name stays until then. Where `path` is a link, the file it leads to is replaced;
+/// where it is a device or a pipe, it is written to directly. Negative values become 0, not-a-number 0,
+/// infinity 255. The dither depends on the place in the full frame only.
+///
+/// # Errors
+/// [`ImageError`]; the temporary file is removed then.
+pub fn write_png(path: &Path, image: &Image, options: &PngOptions) -> Result<(), ImageError> {
+    let bytes = to_bytes(path, image, options)?;
+    let size = [image.width() as u32, image.height() as u32];
+    replace_file(path, |file| encode(path, file, size, &bytes, options))
+}
+
+/// The file's samples, rows from the top.
+fn to_bytes(path: &Path, image: &Image, options: &PngOptions) -> Result<Vec<u8>, ImageError> {
+    let expected = image.width() * image.height();
+    let channel = |channel: &'static str| {
+        let found = image.channel(channel).filter(|c| c.values.len() == expected);
+        found.map(|c| c.values.as_slice()).ok_or_else(|| ImageError::Channel {
+            path: path.to_owned(),
+            channel,
+            expected,
+        })
+    };
+    let rgb = [channel("r")?, channel("g")?, channel("b")?];
+    let alpha = match options.mode {
+        PngMode::Rgb => None,
+        PngMode::Rgba => Some(channel("a")?),
+    };
+    let to_byte = ByteOf::new(options);
+    let mut bytes = Vec::with_capacity(expected * if alpha.is_some() { 4 } else { 3 });
+    for ix in 0..expected {
+        let x = image.window_px[0] + (ix % image.width()) as u32;
+        let y = image.window_px[2] + (ix / image.width()) as u32;
+        let coverage = alpha.map(|a| (a[ix], to_byte.alpha(a[ix], [x, y])));
+        for (number, values) in rgb.iter().enumerate() {
+            bytes.push(to_byte.color(values[ix], coverage, [x, y], number as u32));
+        }
+        bytes.extend(coverage.map(|(_, byte)| byte));
+    }
+    Ok(bytes)
+}
+
+/// Values to bytes.
+struct ByteOf {
+    quantize: Quantize,
+    gamma: f32,
+}
+
+impl ByteOf {
+    fn new(options: &PngOptions) -> Self {
+        let given = options.quantize;
+        let quantize = if given.one == 0 || given.max > 255 {
+            Quantize { one: 255, min: 0, max: 255, dither: given.dither }
+        } else {
+            given
+        };
+        ByteOf { quantize, gamma: options.gamma }
+    }
+
+    fn byte(&self, value: f32, pixel: [u32; 2], channel: u32) -> u8 {
+        let q = &self.quantize;
+        quantize(value, q.one, [q.min, q.max], q.dither, dither_noise(pixel, channel)).clamp(0, 255) as u8
+    }
+
+    fn alpha(&self, alpha: f32, pixel: [u32; 2]) -> u8 {
+        self.byte(alpha, pixel, 3)
+    }
+
+    /// `coverage` is alpha and its byte, where the file has alpha.
+    fn color(&self, value: f32, coverage: Option<(f32, u8)>, pixel: [u32; 2], channel: u32) -> u8 {
+        let straight = match coverage {
+            None => value,
+            // Nothing can be seen of it, and dividing would only magnify rounding.
+            Some((_, 0)) => 0.0,
+            Some((alpha, _)) if self.gamma == 1.0 => value / alpha,
+            Some((alpha, _)) => value / function::pow(alpha, 1.0 / self.gamma),
+        };
+        self.byte(if self.gamma == 1.0 { srgb_encode(straight) } else { straight }, pixel, channel)
+    }
+}
+
+fn encode(
+    path: &Path,
+    file: &mut dyn Write,
+    [width, height]: [u32; 2],
+    bytes: &[u8],
+    options: &PngOptions,
+) -> Result<(), ImageError> {
+    let mut encoder = png::Encoder::new(BufWriter::new(file), width, height);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_color(match options.mode {
+        PngMode::Rgb => png::ColorType::Rgb,
+        PngMode::Rgba => png::ColorType::Rgba,
+    });
+    let file_gamma = 1.0 / options.gamma;
+    if options.gamma == 1.0 {
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    } else if (1e-4..1e4).contains(&file_gamma) {
+        encoder.set_source_gamma(png::ScaledFloat::new(file_gamma));
+    }
+    encoder
+        .write_header()
+        .and_then(|mut writer| {
+            writer.write_image_data(bytes)?;
+            writer.finish()
+        })
+        .map_err(|source| match source {
+            png::EncodingError::IoError(source) => {
+                ImageError::Io { path: path.to_owned(), action: "write", source }
+            }
+            source => ImageError::Encode { path: path.to_owned(), source },
+        })
+}
+
+/// Has `write` fill a temporary file beside `path`, then gives it that name.
+fn replace_file(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), ImageError>,
+) -> Result<(), ImageError> {
+    let failed = |action| move |source| ImageError::Io { path: path.to_owned(), action, source };
+    let target = match fs::metadata(path) {
+        Ok(found) if found.is_file() => fs::canonicalize(path).map_err(failed("open"))?,
+        Ok(found) if found.is_dir() => {
+            return Err(failed("write")(io::ErrorKind::IsADirectory.into()));
+        }
+        Ok(_) => return write(&mut OpenOptions::new().write(true).open(path).map_err(failed("open"))?),
+        Err(_) => path.to_owned(),
+    };
+    let (temporary, mut file) = create_beside(&target).map_err(failed("create"))?;
+    let result = write(&mut file)
+        .and_then(|()| file.sync_all().map_err(failed("write")))
+        .and_then(|()| fs::rename(&temporary, &target).map_err(failed("rename")));
+    if result.is_err() {
+        // The first error is the one to tell; a file that cannot be removed either adds nothing to it.
+        let _ = fs::remove_file(&temporary);
+    }
+    result
+}
+
+/// Creates a new file in the directory of `target`, under a short name that does not depend on it: one made
+/// longer might be too long for the file system.
+fn create_beside(target: &Path) -> io::Result<(PathBuf, File)> {
+    let mut number = 0;
+    loop {
+        let path = target.with_file_name(format!(".olema-{}-{number}.part", std::process::id()));
+        match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Ok(file) => return Ok((path, file)),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && number < 10_000 => number += 1,
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// Reads a PNG file of any colour type and depth, 16 bits cut to 8, gray and palettes as RGB, opaque where it
+/// has no alpha. The bytes stay on the file's own curve.
+///
+/// # Errors
+/// [`ImageError`] where the file cannot be opened, is not a whole PNG, or has more than [`MAX_PIXELS`] pixels
+/// ([`MAX_INTERLACED_PIXELS`] if interlaced). Memory grows only with what the file really holds.
+pub fn read_png(path: &Path) -> Result<Picture8, ImageError> {
+    let file = File::open(path).map_err(|source| ImageError::Io {
+        path: path.to_owned(),
+        action: "open",
+        source,
+    })?;
+    decode(path, file)
+}
+
+fn decode(path: &Path, input: impl Read + Seek) -> Result<Picture8, ImageError> {
+    let failed = |source| match source {
+        png::DecodingError::IoError(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
+            ImageError::Io { path: path.to_owned(), action: "read", source }
+        }
+        source => ImageError::Decode { path: path.to_owned(), source },
+    };
+    let mut decoder = png::Decoder::new(BufReader::new(input));
+    decoder.set_transformations(
+        png::Transformations::EXPAND | png::Transformations::ALPHA | png::Transformations::STRIP_16,
+    );
+    decoder.set_ignore_text_chunk(true);
+    let mut reader = decoder.read_info().map_err(failed)?;
+    let info = reader.info();
+    let (width, height, interlaced) = (info.width, info.height, info.interlaced);
+    let limit = if interlaced { MAX_INTERLACED_PIXELS } else { MAX_PIXELS };
+    if u64::from(width) * u64::from(height) > limit {
+        return Err(ImageError::TooLarge { path: path.to_owned(), width, height, limit });
+    }
+    let gray = reader.output_color_type().0 == png::ColorType::GrayscaleAlpha;
+    let mut rgba = Vec::new();
+    if interlaced {
+        let mut frame = vec![0; reader.output_buffer_size().unwrap_or(0)];
+        reader.next_frame(&mut frame).map_err(failed)?;
+        append_rgba(&mut rgba, &frame, gray).map_err(|_| failed(png::DecodingError::LimitsExceeded))?;
+    } else {
+        while let Some(row) = reader.next_row().map_err(failed)? {
+            append_rgba(&mut rgba, row.data(), gray)
+                .map_err(|_| failed(png::DecodingError::LimitsExceeded))?;
+        }
+    }
+    reader.finish().map_err(failed)?;
+    Ok(Picture8 { width, height, rgba })
+}
+
+/// Appends pixels of gray and alpha, or of RGBA.
+fn append_rgba(
+    rgba: &mut Vec<u8>,
+    pixels: &[u8],
+    gray: bool,
+) -> Result<(), std::collections::TryReserveError> {
+    rgba.try_reserve(if gray { 2 * pixels.len() } else { pixels.len() })?;
+    if gray {
+        pixels.chunks_exact(2).for_each(|p| rgba.extend([p[0], p[0], p[0], p[1]]));
+    } else {
+        rgba.extend_from_slice(pixels);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+#[path = "image_file_tests.rs"]
+mod tests;

@@ -35,6 +35,9 @@ pub enum Error {
         /// Bytes granted.
         granted: u64,
     },
+    /// The system refused the worker threads.
+    #[error("worker threads could not be started: {0}")]
+    Threads(String),
     /// The cancel token was set before the picture was finished.
     #[error("cancelled")]
     Cancelled,

@@ -6,6 +6,54 @@
 //! them. It reads no files, prints nothing, reads no clock and holds no global state: progress,
 //! cancellation, time and statistics are values passed in and out.
 //!
+//! # A picture
+//! ```
+//! use std::sync::Arc;
+//!
+//! use olema::scene::{Attributes, Camera, Geometry, Keyed, Light, PatchKind, PatchMesh, Points, Primitive};
+//! use olema::{Hooks, Renderer, Scene, Settings, shading};
+//!
+//! # fn main() -> Result<(), olema::Error> {
+//! // The default camera is orthographic, at the origin, looking along z; x and y span about -1 to 1.
+//! let mut scene = Scene::new(Camera::default());
+//! let sun = scene.add_light(Light {
+//!     shader: shading::light("distantlight", &[])?.shader,
+//!     to_world: Keyed::still(glam::DMat4::IDENTITY),
+//! });
+//! let square = PatchMesh {
+//!     kind: PatchKind::Bilinear,
+//!     nu: 2,
+//!     nv: 2,
+//!     wrap_u: false,
+//!     wrap_v: false,
+//!     points: Keyed::still(Points::P(vec![
+//!         [-0.5, -0.5, 5.0],
+//!         [0.5, -0.5, 5.0],
+//!         [-0.5, 0.5, 5.0],
+//!         [0.5, 0.5, 5.0],
+//!     ])),
+//!     vars: Vec::new(),
+//! };
+//! scene.primitives.push(Primitive {
+//!     geometry: Geometry::Patches(Arc::new(square)),
+//!     to_world: Keyed::still(glam::DMat4::IDENTITY),
+//!     attributes: Arc::new(Attributes {
+//!         color: [1.0, 0.5, 0.0],
+//!         surface: shading::surface("matte", &[])?.shader,
+//!         lights: Arc::from([sun]),
+//!         ..Attributes::default()
+//!     }),
+//! });
+//! let settings = Settings { resolution: [40, 30], ..Settings::default() };
+//! let frame = Renderer::new(settings)?.render(&scene, &Hooks::default())?;
+//! let red = frame.image.channel("r").expect("pictures have r, g, b, a and z");
+//! assert_eq!(red.values.len(), 40 * 30);
+//! assert!(red.values[15 * 40 + 20] > 0.9 && red.values[0] == 0.0);
+//! assert_eq!(frame.stats.patches, 1);
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! Layers, each using only those below it: `engine` -> `pipeline` -> {`geometry`, `sampling`, `image`,
 //! `shading`} -> {`scene`, `math`}.
 

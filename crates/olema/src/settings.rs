@@ -24,8 +24,10 @@ pub struct Settings {
     pub background: Option<[f32; 3]>,
     /// Seed of the sample pattern.
     pub seed: u32,
-    /// Side K of the pattern's pixel tile.
-    pub pattern_tile: u32,
+    /// Whether samples are placed at random within their cells; false puts them at the cells' middles.
+    pub jitter: bool,
+    /// Side K of the pattern's pixel tile; `None` takes [`crate::sampling::pattern::default_tile`].
+    pub pattern_tile: Option<u32>,
     /// Number P of permutation sets.
     pub permutations: u32,
     /// Most micropolygons in a grid.
@@ -44,6 +46,8 @@ pub struct Settings {
     pub transparency_records: usize,
     /// Bytes for grids kept between tiles; beyond it they are made again.
     pub grid_cache: u64,
+    /// Most bytes for the finished picture; a larger one is refused.
+    pub picture_memory: u64,
 }
 
 impl Default for Settings {
@@ -57,7 +61,8 @@ impl Default for Settings {
             exposure: [1.0, 1.0],
             background: None,
             seed: 0,
-            pattern_tile: 2,
+            jitter: true,
+            pattern_tile: None,
             permutations: 64,
             grid_size: 256,
             eye_splits: 10,
@@ -66,6 +71,7 @@ impl Default for Settings {
             tile: None,
             transparency_records: 1 << 20,
             grid_cache: 256 << 20,
+            picture_memory: 8 << 30,
         }
     }
 }
@@ -116,8 +122,10 @@ impl Settings {
         if !(gain.is_finite() && gamma.is_finite() && gamma > 0.0) {
             return fail("exposure", format!("{gain} {gamma}"), "a finite gain and a finite gamma above 0");
         }
-        if !matches!(self.pattern_tile, 1 | 2 | 3 | 4 | 8 | 64) {
-            return fail("pattern tile", self.pattern_tile.to_string(), "1, 2, 3, 4, 8 or 64");
+        if let Some(k) = self.pattern_tile
+            && !matches!(k, 1 | 2 | 3 | 4 | 8 | 64)
+        {
+            return fail("pattern tile", k.to_string(), "1, 2, 3, 4, 8 or 64");
         }
         if !(1..=65_536).contains(&self.permutations) {
             return fail("permutations", self.permutations.to_string(), "1 to 65536");

@@ -24,7 +24,6 @@ mod source;
 mod state;
 pub mod statements;
 mod transform;
-mod unwired;
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -130,7 +129,7 @@ impl RibReader {
     }
 
     fn new(source: source::FileSource, options: ReadOptions) -> Self {
-        RibReader { reader: reader::Reader::new(source, options, Arc::new(unwired::Unwired)) }
+        RibReader { reader: reader::Reader::new(source, options, Arc::new(shaders::Standard)) }
     }
 
     /// Takes shaders from `library`; to be called before the first frame is read.

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use olema::scene::{PrimVar, VarType, VarValues};
+use olema::shading::{ParamValue, ShaderParam};
 
 use super::args::{Args, ParamItem};
 use super::fault::Fault;
-use super::shaders::{ParamValue, ShaderParam};
+
 use super::state::Sizes;
 
 /// Whether a parameter has as many values as it should; says so if not. Too many are cut off (`true`), too few

@@ -3,28 +3,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use olema::scene::VarType;
-use olema::shading::{LightShader, SurfaceShader};
-
-/// A parameter given to a shader.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ShaderParam {
-    /// Its name, without class and type.
-    pub name: String,
-    /// Type of its value.
-    pub ty: VarType,
-    /// The value.
-    pub values: ParamValue,
-}
-
-/// Values of a parameter.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ParamValue {
-    /// Numbers, as many a value as the type has.
-    Floats(Vec<f32>),
-    /// Strings.
-    Strings(Vec<String>),
-}
+use olema::shading::{self, LightShader, ShaderParam, SurfaceShader};
 
 /// A shader, and what there is to say about its parameters.
 #[derive(Debug)]
@@ -51,4 +30,24 @@ pub trait ShaderLibrary: Debug + Send + Sync {
 
     /// The surface where none is given or the given one cannot be made.
     fn default_surface(&self) -> Arc<dyn SurfaceShader>;
+}
+
+/// The shaders that every renderer has.
+#[derive(Debug)]
+pub struct Standard;
+
+impl ShaderLibrary for Standard {
+    fn surface(&self, name: &str, params: &[ShaderParam]) -> Result<Made<dyn SurfaceShader>, String> {
+        let made = shading::surface(name, params).map_err(|e| e.to_string())?;
+        Ok(Made { shader: made.shader, warnings: made.warnings })
+    }
+
+    fn light(&self, name: &str, params: &[ShaderParam]) -> Result<Made<dyn LightShader>, String> {
+        let made = shading::light(name, params).map_err(|e| e.to_string())?;
+        Ok(Made { shader: made.shader, warnings: made.warnings })
+    }
+
+    fn default_surface(&self) -> Arc<dyn SurfaceShader> {
+        shading::default_surface()
+    }
 }

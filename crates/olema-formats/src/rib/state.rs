@@ -189,6 +189,8 @@ impl AttrState {
             color: [1.0; 3],
             opacity: [1.0; 3],
             surface,
+            displacement: None,
+            displacement_bound: 0.0,
             lights: Arc::from([]),
             shading_rate: 1.0,
             shading_interpolation: olema::scene::ShadingInterpolation::Constant,

@@ -1,7 +1,18 @@
 //! Engines chain the stages of the pipeline. [`Renderer`] is the door for everyone else.
+//!
+//! The CPU engine patchifies and connects the scene, splits all patches to about the size of a raster tile
+//! (parallel over patches), then draws the tiles (parallel over tiles), each in buffers that stay in cache.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+mod bench;
+mod cache;
+mod frame;
+mod output;
+mod tile;
+
+pub use bench::{Bench, grids};
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::Error;
 use crate::image::Image;
@@ -49,6 +60,34 @@ pub struct Hooks<'a> {
     pub bucket: Option<&'a (dyn Fn(&Image) + Sync)>,
 }
 
+impl Hooks<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.cancel.is_some_and(CancelToken::is_cancelled)
+    }
+
+    fn report(&self, stage: &'static str, done: u64, total: u64) {
+        if let Some(progress) = self.progress {
+            progress(Progress { stage, done, total });
+        }
+    }
+}
+
+/// Measures with the caller's clock, or not at all.
+struct Stopwatch<'a> {
+    clock: Option<&'a (dyn Fn() -> f64 + Sync)>,
+    start: f64,
+}
+
+impl<'a> Stopwatch<'a> {
+    fn new(hooks: &Hooks<'a>) -> Self {
+        Stopwatch { clock: hooks.clock, start: hooks.clock.map_or(0.0, |now| now()) }
+    }
+
+    fn seconds(&self) -> f64 {
+        self.clock.map_or(0.0, |now| now() - self.start)
+    }
+}
+
 /// A finished picture and what it took.
 #[derive(Debug, Clone)]
 pub struct Frame {
@@ -84,7 +123,64 @@ impl Renderer {
     /// # Errors
     /// [`Error::Scene`] where the scene contradicts itself, [`Error::Cancelled`] where the token was set,
     /// [`Error::Memory`] where the picture does not fit.
-    pub fn render(&self, _scene: &Scene, _hooks: &Hooks) -> Result<Frame, Error> {
-        Err(Error::Cancelled)
+    pub fn render(&self, scene: &Scene, hooks: &Hooks) -> Result<Frame, Error> {
+        scene.validate()?;
+        let output = output::Output::new(&self.settings)?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.settings.threads)
+            .build()
+            .map_err(|e| Error::Threads(e.to_string()))?;
+        let watch = Stopwatch::new(hooks);
+        let mut frame = pool.install(|| self.render_in_pool(scene, hooks, output))?;
+        frame.stats.seconds.total = watch.seconds();
+        Ok(frame)
+    }
+
+    fn render_in_pool(&self, scene: &Scene, hooks: &Hooks, output: output::Output) -> Result<Frame, Error> {
+        let mut stats = Stats::default();
+        let watch = Stopwatch::new(hooks);
+        let data = frame::FrameData::new(scene, &self.settings, &mut stats);
+        stats.seconds.connect = watch.seconds();
+        hooks.report("split", 0, 1);
+        let filed = data.file(hooks, &mut stats).ok_or(Error::Cancelled)?;
+        hooks.report("split", 1, 1);
+        let cache = cache::GridCache::new(self.settings.grid_cache);
+        let shared = Mutex::new((output, stats, None));
+        let (next, num_tiles) = (AtomicUsize::new(0), data.tiles.len());
+        let done = AtomicUsize::new(0);
+        // Tiles are taken in order, so that grids on the border of two tiles do not wait long for the second.
+        rayon::broadcast(|_| {
+            let mut worker = tile::TileWorker::new(&data, &filed, &cache, hooks);
+            loop {
+                let tile = next.fetch_add(1, Ordering::Relaxed);
+                if tile >= num_tiles {
+                    break;
+                }
+                let result = worker.draw(tile);
+                let mut all = shared.lock().unwrap_or_else(PoisonError::into_inner);
+                match result {
+                    Ok(pixels) => {
+                        let finished = all.0.put(data.tiles.interior(tile), &pixels);
+                        if let Some(bucket) = hooks.bucket {
+                            finished.iter().for_each(bucket);
+                        }
+                    }
+                    Err(error) => {
+                        all.2 = Some(error);
+                        next.store(num_tiles, Ordering::Relaxed);
+                        break;
+                    }
+                }
+                drop(all);
+                hooks.report("draw", done.fetch_add(1, Ordering::Relaxed) as u64 + 1, num_tiles as u64);
+            }
+            let mut all = shared.lock().unwrap_or_else(PoisonError::into_inner);
+            all.1.add(&worker.stats);
+        });
+        let (output, stats, error) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+        match error {
+            Some(error) => Err(error),
+            None => Ok(Frame { image: output.into_image(), stats }),
+        }
     }
 }

@@ -1,8 +1,13 @@
 //! Pictures: channels of floats, reconstruction filters, exposure and quantization.
 
+pub mod compare;
 mod filter;
+mod finish;
+mod picture;
 
 pub use filter::{Filter, FilterKind};
+pub use finish::{dither_noise, finish_pixel, quantize, srgb_decode, srgb_encode};
+pub use picture::Picture8;
 
 /// A picture: planar channels over a window of the full frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,6 +48,23 @@ impl Image {
     /// Height of the window in pixels.
     pub fn height(&self) -> usize {
         (self.window_px[3] - self.window_px[2]) as usize
+    }
+
+    /// A copy of the part within `window_px`, which must lie in this picture's own window.
+    pub fn part(&self, window_px: [u32; 4]) -> Image {
+        let [x0, x1, y0, y1] = window_px;
+        let width = self.width();
+        let [own_x, _, own_y, _] = self.window_px;
+        let copy = |channel: &Channel| Channel {
+            name: channel.name.clone(),
+            values: (y0..y1)
+                .flat_map(|y| {
+                    let first = (y - own_y) as usize * width + (x0 - own_x) as usize;
+                    channel.values[first..first + (x1 - x0) as usize].iter().copied()
+                })
+                .collect(),
+        };
+        Image { frame_px: self.frame_px, window_px, channels: self.channels.iter().map(copy).collect() }
     }
 
     /// The channel of that name.

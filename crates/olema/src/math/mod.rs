@@ -1,5 +1,10 @@
 //! Arithmetic that gives the same bits on every machine.
 
+pub mod function;
+mod function64;
+pub mod hash;
+mod reduce;
+
 /// Vectors as a structure of arrays.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Vec3s {

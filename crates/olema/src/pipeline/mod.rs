@@ -1,1 +1,29 @@
-//! (in work)
+//! The stages of the pipeline and the data that passes between them.
+//!
+//! ```text
+//! Primitive -patchify-> Patch -connect-> EdgeTable -bound, split-> Piece -dice-> Grid -shade-> Grid
+//!                                                      -sample-> SampleBuffer -resolve-> Image
+//! ```
+//!
+//! A stage takes the data types of its neighbours and never calls another stage; only an engine chains them.
+//! Nothing here does I/O, and nothing depends on tiles, buckets or threads.
+
+pub mod bound;
+pub mod clip;
+pub mod connect;
+pub mod dice;
+pub mod grid;
+pub mod patch;
+pub mod patchify;
+pub mod primvar;
+pub mod rate;
+pub mod resolve;
+pub mod sample;
+pub mod shade;
+pub mod split;
+
+pub use bound::Bound;
+pub use connect::{Edge, EdgeTable, EdgeUse};
+pub use grid::{Grid, GridKey};
+pub use patch::{Patch, PatchTable, Shape, Surface};
+pub use split::{Piece, PieceKind};

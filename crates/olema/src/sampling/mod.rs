@@ -1,1 +1,36 @@
-//! (in work)
+//! Sampling: where the samples of a picture are, and which micropolygons they hit.
+//!
+//! In: micropolygons in raster space. Out: visibility records, one a sample ([`buffer::SampleBuffer`]) and
+//! any number for transparent surfaces ([`transparent::TransparentRecords`]).
+//!
+//! Raster space is full-frame, x right and y down, in 1/256 px as `i32`; pixel (px, py) covers
+//! `[256 px, 256 px + 256) x [256 py, 256 py + 256)`, and pixels may be negative (filters reach beyond the
+//! frame).
+//!
+//! - [`pattern`] is data that never changes once it is built: the tuples (lens, time, sub-pixel place) and
+//!   how they are dealt out to pixels. It is built from [`strata`], [`lens`], [`shutter`] and [`hash`].
+//! - [`inside`] is the one exact test and the one depth function that all rasterizers share.
+//! - [`nomotion`] is the scalar rasterizer for micropolygons that stand still, written to be read.
+//! - [`buffer`] and [`transparent`] keep what was hit.
+
+pub mod buffer;
+pub mod hash;
+pub mod inside;
+pub mod lens;
+pub mod nomotion;
+pub mod pattern;
+pub mod region;
+pub mod shutter;
+mod sobol;
+pub mod strata;
+pub mod transparent;
+
+pub use buffer::{Payload, Record, SampleBuffer};
+pub use lens::LensShape;
+pub use pattern::{PatternSpec, SamplePattern, SetRule, Tuple};
+pub use region::{Region, RegionSamples};
+pub use shutter::ShutterShape;
+pub use transparent::{TransparentRecord, TransparentRecords};
+
+#[cfg(test)]
+mod tests;

@@ -12,7 +12,8 @@ use std::sync::Arc;
 
 use glam::DMat4;
 
-use crate::shading::{LightShader, SurfaceShader};
+use crate::error::Error;
+use crate::shading::{DisplacementShader, LightShader, SurfaceShader};
 
 /// A value at one or more times, in ascending order of time. One key is a value that does not change.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,6 +53,71 @@ impl Scene {
     /// An empty scene seen by `camera`.
     pub fn new(camera: Camera) -> Self {
         Scene { camera, lights: Vec::new(), primitives: Vec::new(), coordinate_systems: Vec::new() }
+    }
+
+    /// Checks what every stage relies on: finite matrices, a usable camera, positive shading rates.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] names the object and what was expected.
+    pub fn validate(&self) -> Result<(), Error> {
+        let fail = |object: String, problem: &str| Err(Error::Scene { object, problem: problem.to_owned() });
+        let camera = &self.camera;
+        let [near, far] = camera.clipping;
+        if !(near > 0.0 && near < far) {
+            return fail(
+                "camera".to_owned(),
+                &format!("clipping planes {near} and {far}: expected 0 < near < far"),
+            );
+        }
+        if let Projection::Perspective { fov } = camera.projection
+            && !(fov > 0.0 && fov < 180.0)
+        {
+            return fail(
+                "camera".to_owned(),
+                &format!("field of view {fov}: expected more than 0, less than 180"),
+            );
+        }
+        if let Some(window @ [left, right, bottom, top]) = camera.screen_window
+            && (left == right || bottom == top || !window.iter().all(|w| w.is_finite()))
+        {
+            return fail(
+                "camera".to_owned(),
+                &format!("screen window {window:?}: expected two finite extents"),
+            );
+        }
+        if !(camera.pixel_aspect > 0.0 && camera.pixel_aspect.is_finite()) {
+            return fail(
+                "camera".to_owned(),
+                &format!("pixel aspect {}: expected above 0", camera.pixel_aspect),
+            );
+        }
+        if !camera.world_to_camera.values.iter().all(|m| m.is_finite()) {
+            return fail("camera".to_owned(), "its matrix has a number that is not finite");
+        }
+        for (ix, light) in self.lights.iter().enumerate() {
+            if !light.to_world.values.iter().all(|m| m.is_finite()) {
+                return fail(format!("light {ix}"), "its matrix has a number that is not finite");
+            }
+        }
+        for (ix, primitive) in self.primitives.iter().enumerate() {
+            let name = || primitive.attributes.object_name(ix);
+            if !primitive.to_world.values.iter().all(|m| m.is_finite()) {
+                return fail(name(), "its matrix has a number that is not finite");
+            }
+            let rate = primitive.attributes.shading_rate;
+            if !(rate > 0.0 && rate.is_finite()) {
+                return fail(name(), &format!("shading rate {rate}: expected a finite number above 0"));
+            }
+            if let Some(light) =
+                primitive.attributes.lights.iter().find(|&&l| l as usize >= self.lights.len())
+            {
+                return fail(
+                    name(),
+                    &format!("light {light} of {}: expected a lower index", self.lights.len()),
+                );
+            }
+        }
+        Ok(())
     }
 
     /// Adds a light and returns its index for [`Attributes::lights`].
@@ -172,6 +238,12 @@ pub struct Attributes {
     pub opacity: [f32; 3],
     /// Surface shader.
     pub surface: Arc<dyn SurfaceShader>,
+    /// Displacement or bump shader.
+    pub displacement: Option<Arc<dyn DisplacementShader>>,
+    /// How far displacement may move a point, in object space, as the file says
+    /// (`Attribute "displacementbound"`); where the shader knows its amplitude, the smaller of both counts.
+    /// 0 leaves it to the shader.
+    pub displacement_bound: f32,
     /// Indices into [`Scene::lights`] of the lights that are on.
     pub lights: Arc<[u32]>,
     /// Area of a micropolygon in pixels, above 0.
@@ -189,6 +261,18 @@ pub struct Attributes {
     pub texture_coordinates: [[f32; 2]; 4],
 }
 
+impl Attributes {
+    /// What messages call the primitive: its name and place, or its index.
+    pub fn object_name(&self, ix: usize) -> String {
+        match (self.name.is_empty(), self.origin.is_empty()) {
+            (false, false) => format!("{} ({})", self.name, self.origin),
+            (false, true) => self.name.clone(),
+            (true, false) => self.origin.clone(),
+            (true, true) => format!("primitive {ix}"),
+        }
+    }
+}
+
 impl Default for Attributes {
     fn default() -> Self {
         Attributes {
@@ -197,6 +281,8 @@ impl Default for Attributes {
             color: [1.0; 3],
             opacity: [1.0; 3],
             surface: crate::shading::default_surface(),
+            displacement: None,
+            displacement_bound: 0.0,
             lights: Arc::from([]),
             shading_rate: 1.0,
             shading_interpolation: ShadingInterpolation::default(),

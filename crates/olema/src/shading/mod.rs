@@ -4,12 +4,26 @@
 //! need be shaded. Everything is in camera space, the RenderMan "current" space: the eye is at the origin and
 //! looks along +z.
 
+mod displacement;
+mod light;
+mod params;
+mod reflect;
+mod surface;
+
 use std::fmt::Debug;
 use std::sync::Arc;
 
 use glam::{DMat4, Vec3};
 
+use crate::error::Error;
 use crate::math::Vec3s;
+
+pub use displacement::{DisplacementPoints, DisplacementShader};
+pub use light::LIGHTS;
+pub use params::{ParamValue, ShaderParam};
+pub use surface::SURFACES;
+
+use params::Params;
 
 /// The variables of a grid's vertices, one entry a vertex in every array (structure of arrays).
 #[derive(Debug, Clone, Default)]
@@ -155,7 +169,50 @@ pub trait PlacedLight: Debug + Send + Sync {
     fn sample(&self, p: Vec3) -> LightSample;
 }
 
+/// A surface shader and what its author should know.
+#[derive(Debug, Clone)]
+pub struct MadeSurface {
+    /// The shader.
+    pub shader: Arc<dyn SurfaceShader>,
+    /// Parameters that it does not have, and what it cannot do yet.
+    pub warnings: Vec<String>,
+}
+
+/// A light shader and what its author should know.
+#[derive(Debug, Clone)]
+pub struct MadeLight {
+    /// The shader.
+    pub shader: Arc<dyn LightShader>,
+    /// Parameters that it does not have, and what it cannot do yet.
+    pub warnings: Vec<String>,
+}
+
+/// Makes a surface shader, one of [`SURFACES`].
+///
+/// # Errors
+/// [`Error::Shader`] where there is none of that name (it lists those there are), or where a parameter has the
+/// wrong type or count or is not finite (it says what was expected).
+pub fn surface(name: &str, given: &[ShaderParam]) -> Result<MadeSurface, Error> {
+    let mut params = Params::new("surface", name, given);
+    let shader = surface::make(name, &mut params)?.ok_or_else(|| unknown("surface", name, &SURFACES))?;
+    Ok(MadeSurface { shader, warnings: params.finish() })
+}
+
+/// Makes a light shader, one of [`LIGHTS`].
+///
+/// # Errors
+/// As [`surface`].
+pub fn light(name: &str, given: &[ShaderParam]) -> Result<MadeLight, Error> {
+    let mut params = Params::new("light", name, given);
+    let shader = light::make(name, &mut params)?.ok_or_else(|| unknown("light", name, &LIGHTS))?;
+    Ok(MadeLight { shader, warnings: params.finish() })
+}
+
+fn unknown(kind: &str, name: &str, known: &[&str]) -> Error {
+    Error::Shader(format!("there is no {kind} \"{name}\": expected one of {}", known.join(", ")))
+}
+
 /// The surface that is used where none is given ("defaultsurface").
 pub fn default_surface() -> Arc<dyn SurfaceShader> {
-    todo!()
+    surface::default()
 }

@@ -1,0 +1,229 @@
+//! Scenes built by code, small and each about one thing.
+
+use std::sync::Arc;
+
+use glam::{DMat4, DVec3};
+use olema::scene::{
+    Attributes, Camera, Geometry, Keyed, Light, PatchBasis, PatchKind, PatchMesh, Points, Primitive,
+    Projection, ShadingInterpolation,
+};
+use olema::shading::{self, ParamValue, ShaderParam};
+use olema::{Scene, Settings};
+
+use crate::teapot;
+
+/// World to camera: at `eye`, looking at `target`, z up.
+pub fn look_at(eye: [f64; 3], target: [f64; 3]) -> DMat4 {
+    let (eye, target) = (DVec3::from_array(eye), DVec3::from_array(target));
+    let forward = (target - eye).normalize();
+    let right = forward.cross(DVec3::Z).normalize();
+    let up = right.cross(forward);
+    let rows = glam::DMat3::from_cols(right, up, forward).transpose();
+    DMat4::from_mat3(rows) * DMat4::from_translation(-eye)
+}
+
+/// A perspective camera.
+pub fn camera(eye: [f64; 3], target: [f64; 3], fov: f32) -> Camera {
+    Camera {
+        world_to_camera: Keyed::still(look_at(eye, target)),
+        projection: Projection::Perspective { fov },
+        clipping: [0.01, 1000.0],
+        ..Camera::default()
+    }
+}
+
+/// A bicubic Bezier patch.
+pub fn bicubic(points: [[f32; 3]; 16]) -> Geometry {
+    sheet(PatchKind::Bicubic { u: PatchBasis::BEZIER, v: PatchBasis::BEZIER }, 4, 4, points.to_vec())
+}
+
+/// A bilinear patch with corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
+pub fn bilinear(corners: [[f32; 3]; 4]) -> Geometry {
+    sheet(PatchKind::Bilinear, 2, 2, corners.to_vec())
+}
+
+/// A sheet that is not wrapped.
+pub fn sheet(kind: PatchKind, nu: usize, nv: usize, points: Vec<[f32; 3]>) -> Geometry {
+    Geometry::Patches(Arc::new(PatchMesh {
+        kind,
+        nu,
+        nv,
+        wrap_u: false,
+        wrap_v: false,
+        points: Keyed::still(Points::P(points)),
+        vars: Vec::new(),
+    }))
+}
+
+/// Puts a shape into a scene.
+pub fn add(scene: &mut Scene, geometry: Geometry, to_world: DMat4, attributes: &Arc<Attributes>) {
+    scene.primitives.push(Primitive {
+        geometry,
+        to_world: Keyed::still(to_world),
+        attributes: Arc::clone(attributes),
+    });
+}
+
+/// A parameter of floats.
+pub fn floats(name: &str, ty: olema::scene::VarType, values: &[f32]) -> ShaderParam {
+    ShaderParam { name: name.to_owned(), ty, values: ParamValue::Floats(values.to_vec()) }
+}
+
+/// A distant light shining from `from` to the origin, and an ambient one.
+pub fn add_lights(scene: &mut Scene, from: [f32; 3]) -> Arc<[u32]> {
+    use olema::scene::VarType;
+    let mut make = |name: &str, params: &[ShaderParam]| {
+        let shader = shading::light(name, params).expect("a standard light").shader;
+        scene.add_light(Light { shader, to_world: Keyed::still(DMat4::IDENTITY) })
+    };
+    let ambient = make("ambientlight", &[floats("intensity", VarType::Float, &[0.15])]);
+    let distant = make(
+        "distantlight",
+        &[
+            floats("intensity", VarType::Float, &[0.9]),
+            floats("from", VarType::Point, &from),
+            floats("to", VarType::Point, &[0.0; 3]),
+        ],
+    );
+    Arc::from([ambient, distant])
+}
+
+/// The surface of that name with its default parameters.
+pub fn surface(name: &str) -> Arc<dyn olema::shading::SurfaceShader> {
+    shading::surface(name, &[]).expect("a standard surface").shader
+}
+
+/// The teapot, 32 patches that do not share points, seen from `eye`.
+pub fn teapot_from(eye: [f64; 3], target: [f64; 3], fov: f32) -> Scene {
+    let mut scene = Scene::new(camera(eye, target, fov));
+    let lights = add_lights(&mut scene, [3.0, -4.0, 6.0]);
+    let attributes = Arc::new(Attributes {
+        name: "teapot".to_owned(),
+        color: [0.8, 0.45, 0.25],
+        surface: surface("plastic"),
+        lights,
+        shading_interpolation: ShadingInterpolation::Smooth,
+        ..Attributes::default()
+    });
+    for patch in teapot::PATCHES {
+        let points = patch.map(|ix| teapot::POINTS[ix as usize]);
+        add(&mut scene, bicubic(points), DMat4::IDENTITY, &attributes);
+    }
+    scene
+}
+
+/// The teapot as it is known.
+pub fn teapot() -> Scene {
+    teapot_from([2.0, -7.5, 5.0], [0.2, 0.0, 1.4], 36.0)
+}
+
+/// Small settings for tests.
+pub fn small(width: u32, height: u32, samples: [u32; 2]) -> Settings {
+    Settings { resolution: [width, height], samples, threads: 1, ..Settings::default() }
+}
+
+/// The teapot's near half is cut off by the near plane.
+pub fn teapot_through_near_plane() -> Scene {
+    let mut scene = teapot_from([1.0, -5.0, 3.2], [0.2, 0.0, 1.4], 60.0);
+    scene.camera.clipping = [4.6, 7.0];
+    scene
+}
+
+/// From inside the teapot, looking at the spout: patches pass the eye on all sides.
+pub fn teapot_from_inside() -> Scene {
+    let mut scene = teapot_from([-0.6, 0.1, 1.1], [1.0, 0.0, 1.3], 100.0);
+    scene.camera.clipping = [1e-10, f32::INFINITY];
+    scene
+}
+
+/// Ground that passes under the eye and reaches to the horizon, with a wall on it.
+pub fn ground() -> Scene {
+    let mut scene = Scene::new(camera([0.0, 0.0, 1.0], [0.0, 10.0, 0.5], 70.0));
+    let lights = add_lights(&mut scene, [1.0, -2.0, 3.0]);
+    let attributes = |color| {
+        Arc::new(Attributes {
+            color,
+            surface: surface("matte"),
+            lights: Arc::clone(&lights),
+            shading_interpolation: ShadingInterpolation::Smooth,
+            ..Attributes::default()
+        })
+    };
+    let far = 900.0;
+    let corners = [[-far, -far, 0.0], [far, -far, 0.0], [-far, far, 0.0], [far, far, 0.0]];
+    add(&mut scene, bilinear(corners), DMat4::IDENTITY, &attributes([0.3, 0.7, 0.3]));
+    let wall = [[-2.0, 6.0, 0.0], [3.0, 8.0, 0.0], [-2.0, 6.0, 2.0], [3.0, 8.0, 2.0]];
+    add(&mut scene, bilinear(wall), DMat4::IDENTITY, &attributes([0.7, 0.3, 0.3]));
+    scene
+}
+
+/// Nine half transparent coloured squares behind one another, some crossing, before an opaque one.
+pub fn layers() -> Scene {
+    let mut scene = Scene::new(camera([0.0, -5.0, 0.0], [0.0; 3], 40.0));
+    for layer in 0..10 {
+        let hue = |shift: usize| [0.9, 0.5, 0.2][(layer + shift) % 3];
+        let opacity = if layer == 9 { 1.0 } else { 0.2 + 0.07 * layer as f32 };
+        let attributes = Arc::new(Attributes {
+            color: [hue(0), hue(1), hue(2)],
+            opacity: [opacity, opacity * 0.9 + 0.1, opacity],
+            surface: surface("constant"),
+            shading_interpolation: ShadingInterpolation::Smooth,
+            ..Attributes::default()
+        });
+        let (x, y, tilt) = (layer as f32 * 0.17 - 0.8, layer as f32 * 0.12, (layer % 4) as f32 * 0.3);
+        let corners =
+            [[x - 0.7, y - tilt, -0.9], [x + 0.7, y + tilt, -0.8], [x - 0.7, y, 0.8], [x + 0.7, y, 0.9]];
+        add(&mut scene, bilinear(corners), DMat4::IDENTITY, &attributes);
+    }
+    scene
+}
+
+/// Opaque and transparent squares in one plane: only the canonical order decides.
+pub fn coplanar() -> Scene {
+    let mut scene = Scene::new(Camera {
+        projection: Projection::Orthographic,
+        ..camera([0.0, -4.0, 0.0], [0.0; 3], 40.0)
+    });
+    for (ix, color) in [[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.1, 0.1, 0.9], [0.8, 0.8, 0.1]].iter().enumerate()
+    {
+        let opacity = if ix == 2 { 0.5 } else { 1.0 };
+        let attributes = Arc::new(Attributes {
+            color: *color,
+            opacity: [opacity; 3],
+            surface: surface("constant"),
+            ..Attributes::default()
+        });
+        let (x, z) = (ix as f32 * 0.3 - 0.9, ix as f32 * 0.2 - 0.7);
+        let corners = [[x, 0.0, z], [x + 1.2, 0.0, z], [x, 0.0, z + 0.9], [x + 1.2, 0.0, z + 0.9]];
+        add(&mut scene, bilinear(corners), DMat4::IDENTITY, &attributes);
+    }
+    scene
+}
+
+/// A floor and a teapot lit by one light of that name.
+pub fn lit_by(light: &str) -> Scene {
+    use olema::shading::ShaderParam as Param;
+    let mut scene = teapot_from([2.0, -7.5, 5.0], [0.2, 0.0, 1.0], 42.0);
+    let params = match light {
+        "distantlight" => vec![Param::point("from", [-2.0, -3.0, 4.0]), Param::point("to", [0.0; 3])],
+        "pointlight" => vec![Param::point("from", [0.5, -2.5, 3.5]), Param::float("intensity", 9.0)],
+        "spotlight" => vec![
+            Param::point("from", [-2.0, -5.0, 5.0]),
+            Param::point("to", [0.3, 0.0, 1.0]),
+            Param::float("intensity", 50.0),
+            Param::float("coneangle", 0.35),
+            Param::float("conedeltaangle", 0.1),
+        ],
+        _ => vec![Param::float("intensity", 0.5)],
+    };
+    let shader = shading::light(light, &params).expect("a standard light").shader;
+    let only = scene.add_light(Light { shader, to_world: Keyed::still(DMat4::IDENTITY) });
+    let floor = [[-6.0, -6.0, 0.0], [6.0, -6.0, 0.0], [-6.0, 6.0, 0.0], [6.0, 6.0, 0.0]];
+    let attributes = Arc::new(Attributes { surface: surface("matte"), ..Attributes::default() });
+    add(&mut scene, bilinear(floor), DMat4::IDENTITY, &attributes);
+    for primitive in &mut scene.primitives {
+        primitive.attributes =
+            Arc::new(Attributes { lights: Arc::from([only]), ..(*primitive.attributes).clone() });
+    }
+    scene
+}

@@ -1,0 +1,38 @@
+//! Closed surfaces made of patches have no cracks, at no sample.
+
+use conformance::closed::{KINDS, Kind, scene};
+use conformance::cracks::signed_hits;
+use conformance::scenes::small;
+
+#[test]
+fn closed_surfaces_are_hit_as_often_from_the_front_as_from_the_back() {
+    let mut covered = 0;
+    let mut welds = 0;
+    for kind in KINDS {
+        for seed in 0..40 {
+            let report = signed_hits(&scene(kind, seed), &small(96, 96, [4, 4])).expect("a correct scene");
+            assert_eq!(report.cracked, 0, "{kind:?} {seed}: {report:?}");
+            assert!(report.covered > 1000, "{kind:?} {seed} is hardly in the picture: {report:?}");
+            covered += report.covered;
+            welds += report.welds;
+        }
+    }
+    assert!(covered > 1_000_000 && welds > 1000, "{covered} samples, {welds} welds");
+}
+
+#[test]
+fn a_missing_patch_is_seen() {
+    let mut open = scene(Kind::Box, 1);
+    open.primitives.pop();
+    let report = signed_hits(&open, &small(96, 96, [4, 4])).expect("a correct scene");
+    assert!(report.cracked > 0, "the test cannot fail: {report:?}");
+}
+
+#[test]
+fn a_patch_that_is_a_little_off_is_seen() {
+    // Farther than the weld tolerance: two edges that are diced on their own.
+    let mut torn = scene(Kind::CubeOfPatches, 3);
+    torn.primitives[0].to_world.values[0] = glam::DMat4::from_translation(glam::DVec3::splat(2e-2));
+    let report = signed_hits(&torn, &small(96, 96, [4, 4])).expect("a correct scene");
+    assert!(report.cracked > 0, "the test cannot fail: {report:?}");
+}

@@ -1,0 +1,203 @@
+//! The command line, as clap reads it.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::values::{Crop, FrameSet, Size, Tolerance};
+
+const EXIT_CODES: &str = "Exit codes: 0 ok, 1 render failed or pictures differ, 2 usage, 3 scene or asset, \
+    4 out of memory, 130 interrupted, 143 terminated.";
+
+/// Olema, a Reyes renderer.
+#[derive(Debug, Parser)]
+#[command(name = "olema", version, propagate_version = true, after_help = EXIT_CODES)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render scenes to pictures
+    Render(Box<RenderArgs>),
+    /// Tell what is in a scene
+    Info(InfoArgs),
+    /// Compare two pictures
+    Diff(DiffArgs),
+}
+
+/// Options of `olema render`.
+#[derive(Debug, Args, Default)]
+#[command(after_help = EXIT_CODES)]
+pub struct RenderArgs {
+    /// Scenes (RIB, ASCII, may be gzipped), or - for standard input
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+
+    /// Picture to write (.png), or a directory; #### or %04d stands for the frame's number
+    ///
+    /// Without it the picture takes the scene's Display name, reduced to its file name and ending in .png, in
+    /// the current directory: a scene never decides on a directory. An existing picture is replaced.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+
+    /// Size of the full frame in pixels, e.g. 640x480
+    #[arg(long, value_name = "WxH")]
+    pub res: Option<Size>,
+
+    /// Samples a pixel, 1 to 1024, as the squarest grid that has this number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024),
+          conflicts_with = "samples")]
+    pub spp: Option<u32>,
+
+    /// Samples a pixel as a grid, e.g. 4x4; at most 1024 in all
+    #[arg(long, value_name = "NxM", value_parser = crate::values::parse_samples)]
+    pub samples: Option<Size>,
+
+    /// Area of a micropolygon in pixels, for every surface, whatever the scene says
+    #[arg(long, value_name = "R", value_parser = crate::values::parse_shading_rate)]
+    pub shading_rate: Option<f32>,
+
+    /// Part of the frame to render: fractions as in CropWindow if all are at most 1, else pixels
+    #[arg(long, value_name = "X0,X1,Y0,Y1", allow_hyphen_values = true)]
+    pub crop: Option<Crop>,
+
+    /// Worker threads; 0 is one per core, -N is all cores but N
+    #[arg(short, long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
+    pub threads: i32,
+
+    /// Seed of the sample pattern
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u32>,
+
+    /// Size of the output buckets in pixels; never changes the picture
+    #[arg(long, value_name = "N|NxM", value_parser = crate::values::parse_bucket)]
+    pub bucket: Option<Size>,
+
+    /// Side of the raster tiles in pixels; never changes the picture
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub raster_tile: Option<u32>,
+
+    /// Side of the sample pattern's pixel tile: 1, 2, 3, 4, 8 or 64
+    #[arg(long, value_name = "K", value_parser = crate::values::parse_pattern_tile)]
+    pub tile: Option<u32>,
+
+    /// Permutation sets of the sample pattern, 1 to 65536
+    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub permutations: Option<u32>,
+
+    /// Frames to render, e.g. 1-7:2,20-25 (7:2 is every second one up to 7)
+    #[arg(long, value_name = "LIST")]
+    pub frames: Option<FrameSet>,
+
+    /// Directory to search for archives; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub search_path: Vec<PathBuf>,
+
+    /// Write counters and times as JSON (docs/stats.md says what each means)
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+
+    /// How to tell progress, on standard error: auto is a bar on a terminal and lines elsewhere
+    #[arg(long, value_name = "HOW", value_enum, default_value_t)]
+    pub progress: ProgressKind,
+
+    /// Only errors: no progress, no warnings, no path of the picture
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+
+    /// Every message, also those that repeat
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+/// Options of `olema info`.
+#[derive(Debug, Args)]
+#[command(after_help = EXIT_CODES)]
+pub struct InfoArgs {
+    /// Scene, or - for standard input
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+
+    /// Directory to search for archives; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub search_path: Vec<PathBuf>,
+
+    /// Only errors on standard error
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+
+    /// Every message, also those that repeat
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+/// Options of `olema diff`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes: 0 no channel of any pixel differs by more than the tolerance, 1 some do or \
+    the sizes differ, 2 usage, 3 a picture cannot be read."
+)]
+pub struct DiffArgs {
+    /// First picture (.png)
+    #[arg(value_name = "A")]
+    pub a: PathBuf,
+
+    /// Second picture (.png)
+    #[arg(value_name = "B")]
+    pub b: PathBuf,
+
+    /// Largest difference of a channel that passes, in steps of 8 bits (0 to 255)
+    #[arg(long, value_name = "T", default_value = "0")]
+    pub tolerance: Tolerance,
+
+    /// Picture of the differences to write (.png), brightened so that the largest shows
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+}
+
+/// How progress is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum ProgressKind {
+    /// A bar on a terminal, lines elsewhere
+    #[default]
+    Auto,
+    /// A line now and then
+    Plain,
+    /// A JSON object a line; messages too
+    Json,
+    /// Nothing
+    None,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn readme_lists_every_option() {
+        let readme = include_str!("../../../README.md");
+        for sub in Cli::command().get_subcommands() {
+            for arg in sub.get_arguments().filter_map(|a| a.get_long()) {
+                assert!(
+                    readme.contains(&format!("`--{arg}")),
+                    "README.md lacks --{arg} of {}",
+                    sub.get_name()
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! The stages one by one, for benches and experiments: each as the engine runs it, on one thread.
+
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::pipeline::Grid;
+use crate::pipeline::bound::{Bound, bound};
+use crate::pipeline::dice::{Diced, dice};
+use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, filter_pixels};
+use crate::pipeline::sample::{GridSlots, SlotsFull, TileBuffers};
+use crate::pipeline::shade::shade;
+use crate::pipeline::split::{Fate, Piece};
+use crate::sampling::nomotion::SampleCounts;
+use crate::sampling::{RegionSamples, SampleBuffer, TransparentRecords};
+use crate::scene::Scene;
+use crate::settings::Settings;
+use crate::stats::Stats;
+
+use super::frame::FrameData;
+
+/// A frame whose stages can be run apart.
+pub struct Bench<'a> {
+    frame: FrameData<'a>,
+    /// What patchify and connect counted.
+    pub stats: Stats,
+}
+
+impl<'a> Bench<'a> {
+    /// Patchifies and connects.
+    ///
+    /// # Errors
+    /// As [`super::Renderer::new`] and [`super::Renderer::render`].
+    pub fn new(scene: &'a Scene, settings: &'a Settings) -> Result<Self, Error> {
+        settings.validate()?;
+        scene.validate()?;
+        let mut stats = Stats::default();
+        let frame = FrameData::new(scene, settings, &mut stats);
+        Ok(Bench { frame, stats })
+    }
+
+    /// All pieces that are diced, in canonical order, whether they can be seen or not.
+    pub fn split(&self) -> Vec<Piece> {
+        let context = self.frame.context();
+        let mut pieces = Vec::new();
+        for patch in 0..self.frame.patches.patches.len() as u32 {
+            let mut stack = vec![context.whole(patch)];
+            while let Some(piece) = stack.pop() {
+                match context.fate(&piece) {
+                    Fate::Split([first, second]) => stack.extend([second, first]),
+                    Fate::Dice(piece) => pieces.push(piece),
+                }
+            }
+        }
+        pieces
+    }
+
+    /// Bounds of those that can be seen.
+    pub fn bound(&self, pieces: &[Piece]) -> Vec<Bound> {
+        let frame = &self.frame;
+        let region = frame.tiles.sample_region(frame.tiles.window);
+        pieces.iter().filter_map(|piece| bound(&frame.patches, &frame.camera, piece, &region).ok()).collect()
+    }
+
+    /// Dices pieces.
+    pub fn dice(&self, pieces: &[Piece]) -> Vec<Diced> {
+        pieces.iter().map(|piece| self.dice_one(piece)).collect()
+    }
+
+    fn primitive_of(&self, piece: &Piece) -> usize {
+        self.frame.patches.patches[piece.patch as usize].primitive as usize
+    }
+
+    fn dice_one(&self, piece: &Piece) -> Diced {
+        let ix = self.primitive_of(piece);
+        dice(&self.frame.context(), piece, &self.frame.scene.primitives[ix], &self.frame.infos[ix])
+    }
+
+    fn shade_one(&self, diced: Diced) -> Grid {
+        let ix = diced.grid.key.primitive as usize;
+        let surface = self.frame.scene.primitives[ix].attributes.surface.as_ref();
+        shade(diced, surface, &self.frame.lights[ix])
+    }
+
+    /// Shades grids.
+    pub fn shade(&self, diced: Vec<Diced>) -> Vec<Arc<Grid>> {
+        diced.into_iter().map(|diced| Arc::new(self.shade_one(diced))).collect()
+    }
+
+    /// Draws opaque grids, the whole frame as one tile.
+    ///
+    /// # Errors
+    /// [`SlotsFull`] where there are more grids than a tile can name.
+    pub fn sample(&self, grids: &[Arc<Grid>]) -> Result<TileBuffers, SlotsFull> {
+        let frame = &self.frame;
+        let region = frame.tiles.sample_region(frame.tiles.window);
+        let mut buffers = TileBuffers {
+            samples: RegionSamples::new(&frame.pattern, region),
+            nearest: SampleBuffer::new(region, frame.pattern.samples_per_pixel() as usize),
+            transparent: TransparentRecords::new(frame.settings.transparency_records),
+            slots: GridSlots::default(),
+            counts: SampleCounts::default(),
+        };
+        for grid in grids {
+            buffers.draw(&frame.camera, grid)?;
+        }
+        Ok(buffers)
+    }
+
+    /// Composites and filters what `sample` drew.
+    pub fn resolve(&self, buffers: &TileBuffers) -> Vec<Pixel> {
+        let frame = &self.frame;
+        let mut colors = vec![SampleColor::EMPTY; buffers.samples.len()];
+        composite_opaque(&frame.camera, buffers, &mut colors);
+        let mut pixels = Vec::new();
+        filter_pixels(&frame.filter, &buffers.samples, &colors, frame.tiles.window, &mut pixels);
+        pixels
+    }
+}
+
+/// Hands every grid of a scene to `visit`, shaded, in canonical order and whether it can be seen or not: for
+/// tests and experiments that look at grids themselves.
+///
+/// # Errors
+/// As [`super::Renderer::new`] and [`super::Renderer::render`].
+pub fn grids(scene: &Scene, settings: &Settings, mut visit: impl FnMut(&Grid)) -> Result<Stats, Error> {
+    let bench = Bench::new(scene, settings)?;
+    let mut stats = bench.stats.clone();
+    for piece in bench.split() {
+        let grid = bench.shade_one(bench.dice_one(&piece));
+        stats.grids += 1;
+        stats.micropolygons += grid.num_micropolygons() as u64;
+        visit(&grid);
+    }
+    Ok(stats)
+}

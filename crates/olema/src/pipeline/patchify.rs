@@ -1,0 +1,136 @@
+//! Patchify: primitives become patches in camera space.
+//!
+//! In: `Scene`. Out: `PatchTable` without connections, and warnings about what cannot be drawn. Every cubic
+//! basis becomes Bezier, whose control points bound the surface closely.
+
+use glam::{DMat4, DVec3, DVec4};
+
+use crate::geometry::bezier::to_bezier;
+use crate::scene::{Geometry, PatchBasis, PatchKind, PatchMesh, Points, Scene};
+
+use super::connect::EdgeUse;
+use super::patch::{Patch, PatchTable, Shape};
+
+/// Turns all primitives of `scene` into patches. Warnings name the object.
+pub fn patchify(scene: &Scene) -> (PatchTable, Vec<String>) {
+    let mut table = PatchTable { num_keys: 1, ..PatchTable::default() };
+    let mut warnings = Vec::new();
+    let world_to_camera = *scene.camera.world_to_camera.first();
+    for (ix, primitive) in scene.primitives.iter().enumerate() {
+        let to_camera = world_to_camera * *primitive.to_world.first();
+        let Geometry::Patches(mesh) = &primitive.geometry;
+        let result = sheet(mesh, ix as u32, &to_camera, &mut table);
+        if let Err(problem) = result {
+            warnings.push(format!("{}: {problem}", primitive.attributes.object_name(ix)));
+        }
+    }
+    (table, warnings)
+}
+
+fn sheet(mesh: &PatchMesh, primitive: u32, to_camera: &DMat4, table: &mut PatchTable) -> Result<(), String> {
+    let Some([pu, pv]) = mesh.num_patches() else {
+        return Err(format!("{} x {} control points do not fit the basis; not drawn", mesh.nu, mesh.nv));
+    };
+    let points = mesh.points.first();
+    if points.len() != mesh.nu * mesh.nv {
+        return Err(format!(
+            "{} control points where {} were expected; not drawn",
+            points.len(),
+            mesh.nu * mesh.nv
+        ));
+    }
+    let (rational, points) = camera_points(points, to_camera);
+    let mut dropped = 0usize;
+    for row in 0..pv {
+        for column in 0..pu {
+            let patch_points = bezier_points(mesh, &points, column, row);
+            let usable = |p: &DVec4| p.as_vec4().is_finite() && p.w.is_finite() && p.w > 0.0;
+            if !patch_points.iter().all(usable) {
+                dropped += 1;
+                continue;
+            }
+            let first_float = table.floats.len();
+            if first_float > u32::MAX as usize - 64 {
+                return Err("too many control points in one frame; the rest is not drawn".to_owned());
+            }
+            for p in &patch_points {
+                let p = p.as_vec4();
+                table.floats.extend_from_slice(&p.to_array()[..if rational { 4 } else { 3 }]);
+            }
+            let span = |ix: usize, n: usize| [ix as f32 / n as f32, (ix + 1) as f32 / n as f32];
+            let ([u0, u1], [v0, v1]) = (span(column, pu), span(row, pv));
+            table.patches.push(Patch {
+                primitive,
+                cell: [column as u32, row as u32],
+                shape: if mesh.kind == PatchKind::Bilinear { Shape::Bilinear } else { Shape::Bicubic },
+                rational,
+                first_float: first_float as u32,
+                edges: [EdgeUse::default(); 4],
+                corners: [0; 4],
+                params: [u0, u1, v0, v1],
+                slack: 0.0,
+            });
+        }
+    }
+    if dropped > 0 {
+        return Err(format!(
+            "{dropped} of {} patches have a control point that is not finite or a weight that is not above 0; \
+             they are not drawn",
+            pu * pv
+        ));
+    }
+    Ok(())
+}
+
+/// Control points in camera space, homogeneous; the flag says whether any weight differs from 1.
+fn camera_points(points: &Points, to_camera: &DMat4) -> (bool, Vec<DVec4>) {
+    match points {
+        Points::P(p) => {
+            let place =
+                |p: &[f32; 3]| to_camera.transform_point3(DVec3::from_array(p.map(f64::from))).extend(1.0);
+            (false, p.iter().map(place).collect())
+        }
+        Points::Pw(p) => {
+            let rational = p.iter().any(|p| p[3] != 1.0);
+            (rational, p.iter().map(|p| *to_camera * DVec4::from_array(p.map(f64::from))).collect())
+        }
+    }
+}
+
+/// The Bezier points (or corners) of the patch at `column`, `row` of the sheet.
+fn bezier_points(mesh: &PatchMesh, points: &[DVec4], column: usize, row: usize) -> Vec<DVec4> {
+    let at = |i: usize, j: usize| points[(j % mesh.nv) * mesh.nu + i % mesh.nu];
+    match mesh.kind {
+        PatchKind::Bilinear => {
+            vec![at(column, row), at(column + 1, row), at(column, row + 1), at(column + 1, row + 1)]
+        }
+        PatchKind::Bicubic { u, v } => {
+            let (i0, j0) = (column * u.step as usize, row * v.step as usize);
+            let control: [DVec4; 16] = std::array::from_fn(|ix| at(i0 + ix % 4, j0 + ix / 4));
+            change_basis(control, &u, &v).to_vec()
+        }
+    }
+}
+
+/// Sixteen control points from bases `u` and `v` to Bezier; exact where a basis is Bezier already.
+pub fn change_basis<T>(mut p: [T; 16], u: &PatchBasis, v: &PatchBasis) -> [T; 16]
+where
+    T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>,
+{
+    let blend = |m: &[f64; 4], q: [T; 4]| q[0] * m[0] + q[1] * m[1] + q[2] * m[2] + q[3] * m[3];
+    if u.matrix != PatchBasis::BEZIER.matrix {
+        let m = to_bezier(u);
+        for j in 0..4 {
+            let q: [T; 4] = std::array::from_fn(|i| p[4 * j + i]);
+            m.iter().enumerate().for_each(|(i, row)| p[4 * j + i] = blend(row, q));
+        }
+    }
+    if v.matrix != PatchBasis::BEZIER.matrix {
+        let m = to_bezier(v);
+        for i in 0..4 {
+            let q: [T; 4] = std::array::from_fn(|j| p[4 * j + i]);
+            m.iter().enumerate().for_each(|(j, row)| p[4 * j + i] = blend(row, q));
+        }
+    }
+    p
+}

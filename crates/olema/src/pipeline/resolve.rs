@@ -1,0 +1,221 @@
+//! Resolve: visibility records become pixels.
+//!
+//! In: a tile's buffers. Out: colour and alpha of each sample (opaque and transparent records composited in
+//! depth order), then filtered pixels. Every sum runs over rows, columns and samples in this order, whatever
+//! the tile, so that a pixel has the same bits in every tiling.
+
+use crate::geometry::RasterCamera;
+use crate::image::Filter;
+use crate::sampling::inside::{barycentric, triangle_hit};
+use crate::sampling::{Payload, Region, RegionSamples, SamplePattern};
+use crate::scene::ShadingInterpolation;
+
+use super::grid::Grid;
+use super::sample::{TileBuffers, clip_slow, triangles};
+
+/// Colour (multiplied by opacity), transmittance per channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampleColor {
+    /// Light that reaches the eye.
+    pub color: [f32; 3],
+    /// Part of the light from behind that still passes.
+    pub transmittance: [f32; 3],
+    /// Depth of the nearest surface, infinite where none is.
+    pub depth: f32,
+}
+
+impl SampleColor {
+    /// Nothing was hit.
+    pub const EMPTY: SampleColor =
+        SampleColor { color: [0.0; 3], transmittance: [1.0; 3], depth: f32::INFINITY };
+
+    /// Puts a surface behind all that is here already.
+    #[inline(always)]
+    fn behind(&mut self, color: [f32; 3], opacity: [f32; 3], depth: f32) {
+        for c in 0..3 {
+            self.color[c] += self.transmittance[c] * color[c];
+            self.transmittance[c] *= 1.0 - opacity[c];
+        }
+        if depth < self.depth {
+            self.depth = depth;
+        }
+    }
+
+    /// Coverage: the mean of the channels' opacities.
+    #[inline(always)]
+    fn alpha(&self) -> f32 {
+        let t = self.transmittance;
+        1.0 - (t[0] + t[1] + t[2]) * (1.0 / 3.0)
+    }
+}
+
+/// Composites the transparent records of one pass behind those of earlier passes.
+pub fn composite_pass(camera: &RasterCamera, buffers: &mut TileBuffers, colors: &mut [SampleColor]) {
+    let TileBuffers { samples, nearest, transparent, slots, .. } = buffers;
+    let order = |a, b| slots.order(a, b);
+    for record in transparent.sorted(nearest, &order) {
+        let Some(grid) = slots.grid(record.payload) else { continue };
+        let place = samples.position(record.sample_ix as usize);
+        let (color, opacity) = surface_at(camera, grid, record.payload, place);
+        colors[record.sample_ix as usize].behind(color, opacity, record.depth);
+    }
+}
+
+/// Puts the nearest opaque surfaces behind everything.
+pub fn composite_opaque(camera: &RasterCamera, buffers: &TileBuffers, colors: &mut [SampleColor]) {
+    for (ix, record) in buffers.nearest.records().iter().enumerate() {
+        if record.is_none() {
+            continue;
+        }
+        let Some(grid) = buffers.slots.grid(record.payload) else { continue };
+        let (color, _) = match grid.look.interpolation {
+            ShadingInterpolation::Constant => flat(grid, record.payload),
+            ShadingInterpolation::Smooth => {
+                surface_at(camera, grid, record.payload, buffers.samples.position(ix))
+            }
+        };
+        // A hole hides what is behind it and is nothing itself.
+        let opacity = if grid.look.matte { [0.0; 3] } else { [1.0; 3] };
+        colors[ix].behind(color, opacity, record.depth);
+    }
+}
+
+/// Colour and opacity of a micropolygon where a sample hit it.
+fn surface_at(camera: &RasterCamera, grid: &Grid, payload: Payload, place: [i32; 2]) -> ([f32; 3], [f32; 3]) {
+    if grid.look.interpolation == ShadingInterpolation::Constant {
+        return flat(grid, payload);
+    }
+    let micropolygon = payload.micropolygon() as usize;
+    let triangle = triangles(grid, micropolygon)[payload.triangle() as usize];
+    let weights = if grid.is_slow(micropolygon) {
+        slow_weights(camera, grid, triangle, place)
+    } else {
+        triangle_hit(triangle.map(|v| [grid.x[v], grid.y[v]]), place).map(|hit| barycentric(&hit))
+    };
+    let Some(w) = weights else {
+        debug_assert!(false, "a record's triangle is hit again");
+        return flat(grid, payload);
+    };
+    let mix =
+        |values: &[f32]| values[triangle[0]] * w[0] + values[triangle[1]] * w[1] + values[triangle[2]] * w[2];
+    let (c, o) = (&grid.color, &grid.opacity);
+    let color = [mix(&c.x), mix(&c.y), mix(&c.z)];
+    let opacity = if grid.is_opaque() { [1.0; 3] } else { [mix(&o.x), mix(&o.y), mix(&o.z)] };
+    (color, opacity)
+}
+
+/// Weights of a triangle's vertices at a sample that hit the clipped triangle.
+fn slow_weights(
+    camera: &RasterCamera,
+    grid: &Grid,
+    triangle: [usize; 3],
+    place: [i32; 2],
+) -> Option<[f32; 3]> {
+    let clipped = clip_slow(camera, grid, triangle);
+    clipped.triangles().find_map(|part| {
+        let hit = triangle_hit(part.map(|v| v.raster), place)?;
+        let b = barycentric(&hit);
+        Some(std::array::from_fn(|ix| {
+            part[0].weights[ix] * b[0] + part[1].weights[ix] * b[1] + part[2].weights[ix] * b[2]
+        }))
+    })
+}
+
+/// Colour and opacity of a micropolygon's first vertex.
+fn flat(grid: &Grid, payload: Payload) -> ([f32; 3], [f32; 3]) {
+    let v0 = grid.corners(payload.micropolygon() as usize)[0];
+    let opacity = if grid.is_opaque() { [1.0; 3] } else { grid.opacity.get(v0).to_array() };
+    (grid.color.get(v0).to_array(), opacity)
+}
+
+/// Weights of a filter at every place that a sample of the pattern can have.
+#[derive(Debug)]
+pub struct FilterTable {
+    filter: Filter,
+    /// Pixels to each side whose samples can count.
+    pub radius: [i32; 2],
+    /// Weight of tuple `t` in the pixel at offset (x, y): `[(t * height + y + ry) * width + x + rx]`; empty
+    /// where that would be too large.
+    weights: Vec<f32>,
+    places: Vec<[u8; 2]>,
+}
+
+/// Weights that are tabulated at most (16 MiB).
+const MOST_WEIGHTS: usize = 4 << 20;
+
+impl FilterTable {
+    /// Tabulates `filter` for `pattern`.
+    pub fn new(filter: Filter, pattern: &SamplePattern) -> Self {
+        let radius = filter.radius_px().map(|r| r as i32);
+        let places: Vec<[u8; 2]> = pattern.tuples().iter().map(|t| [t.x, t.y]).collect();
+        let mut table = FilterTable { filter, radius, weights: Vec::new(), places };
+        let [width, height] = radius.map(|r| (2 * r + 1) as usize);
+        if table.places.len().saturating_mul(width * height) <= MOST_WEIGHTS {
+            let mut weights = Vec::with_capacity(table.places.len() * width * height);
+            for tuple in 0..table.places.len() as u32 {
+                for y in -radius[1]..=radius[1] {
+                    weights.extend((-radius[0]..=radius[0]).map(|x| table.compute(tuple, [x, y])));
+                }
+            }
+            table.weights = weights;
+        }
+        table
+    }
+
+    /// Weight of a sample with tuple `tuple` in the pixel `offset` away from the one that is filtered.
+    #[inline(always)]
+    fn weight(&self, tuple: u32, offset: [i32; 2]) -> f32 {
+        if self.weights.is_empty() {
+            return self.compute(tuple, offset);
+        }
+        let [width, height] = self.radius.map(|r| 2 * r + 1);
+        let row = tuple as i64 * i64::from(height) + i64::from(offset[1] + self.radius[1]);
+        self.weights[(row * i64::from(width) + i64::from(offset[0] + self.radius[0])) as usize]
+    }
+
+    fn compute(&self, tuple: u32, offset: [i32; 2]) -> f32 {
+        let place = self.places[tuple as usize];
+        // A sample stands for the 1/256 px to the right of and below its position.
+        let from_center = |c: usize| offset[c] as f32 + (f32::from(place[c]) + 0.5) / 256.0 - 0.5;
+        self.filter.weight(from_center(0), from_center(1))
+    }
+}
+
+/// A filtered pixel: r, g, b, a and depth.
+pub type Pixel = [f32; 5];
+
+/// Filters the pixels of `interior`; `colors` covers the larger region of `samples`.
+pub fn filter_pixels(
+    table: &FilterTable,
+    samples: &RegionSamples,
+    colors: &[SampleColor],
+    interior: Region,
+    pixels: &mut Vec<Pixel>,
+) {
+    let per_pixel = samples.samples_per_pixel();
+    let region = samples.region;
+    for py in interior.y0..interior.y1 {
+        for px in interior.x0..interior.x1 {
+            let mut sum = [0.0f32; 4];
+            let mut total = 0.0f32;
+            for y in -table.radius[1]..=table.radius[1] {
+                for x in -table.radius[0]..=table.radius[0] {
+                    let first = region.pixel_ix(px + x, py + y) * per_pixel;
+                    let of_pixel = first..first + per_pixel;
+                    for (sample, &tuple) in colors[of_pixel.clone()].iter().zip(&samples.tuples[of_pixel]) {
+                        let weight = table.weight(tuple, [x, y]);
+                        let [r, g, b] = sample.color;
+                        total += weight;
+                        for (sum, value) in sum.iter_mut().zip([r, g, b, sample.alpha()]) {
+                            *sum += weight * value;
+                        }
+                    }
+                }
+            }
+            let first = region.pixel_ix(px, py) * per_pixel;
+            let depth = colors[first..first + per_pixel].iter().fold(f32::INFINITY, |d, s| d.min(s.depth));
+            let scale = if total == 0.0 { 0.0 } else { 1.0 / total };
+            pixels.push([sum[0] * scale, sum[1] * scale, sum[2] * scale, sum[3] * scale, depth]);
+        }
+    }
+}

@@ -1,0 +1,457 @@
+//! Split: cut a [`Piece`] that is too big to dice.
+//!
+//! In: one `Piece`, a quad in a patch's (u, v) with references to its four sides. Out: the plan to dice it, or
+//! two pieces that cover it exactly. No geometry is copied.
+//!
+//! A piece is cut along the line between two *existing* vertices of opposite sides (so not always along a line
+//! of constant u or v), and the new inner line belongs to both halves. A side remembers the edge it is part of
+//! as (edge, halving, k, first, last), never as (start, end): vertex i of an edge is the same bits whoever asks.
+//! Where a side has a single segment and the opposite one must be cut, one half keeps that segment and the
+//! other is left with its first vertex only (a side without length). Source: Cook et al. 1987, section 3;
+//! DiagSplit (Fisher et al. 2009).
+
+use glam::Vec3;
+
+use crate::geometry::RasterCamera;
+
+use super::connect::EdgeTable;
+use super::patch::{CORNER_UV, Patch, PatchTable, SIDE_CORNERS, side_uv};
+use super::rate::{MAX_LEVEL, Rate, polyline_segments, rate};
+
+/// A point that every piece touching it computes alike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PointRef {
+    /// A welded corner.
+    Corner(u32),
+    /// An inner point of a welded edge, at `numerator / denominator` in the owner's direction.
+    Edge {
+        /// The edge.
+        edge: u32,
+        /// Parameter's numerator.
+        numerator: u64,
+        /// Parameter's denominator.
+        denominator: u64,
+    },
+    /// A point inside the patch.
+    Inside([f32; 2]),
+}
+
+/// The line that a side lies on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Line {
+    /// A welded edge, which is side `side` of this patch.
+    Border {
+        /// The edge.
+        edge: u32,
+        /// The patch's own side.
+        side: u8,
+    },
+    /// A straight line in (u, v) that an earlier split drew.
+    Inner {
+        /// Its ends in (u, v).
+        uv: [[f32; 2]; 2],
+        /// Its ends, which lie on other lines.
+        ends: [PointRef; 2],
+    },
+}
+
+/// One side of a piece: vertices `first..=last` of one halving of a line, whose own direction may be against
+/// the piece's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Side {
+    /// The line.
+    pub line: Line,
+    /// How often the line was halved.
+    pub level: u8,
+    /// Which of the 2^level parts of the line.
+    pub part: u32,
+    /// How often the piece's side was cut, halvings of the line it grew from included: bounds the recursion.
+    pub cuts: u8,
+    /// How that part is cut.
+    pub rate: Rate,
+    /// First vertex of that part that belongs to the side; 0 where the rate is not even.
+    pub first: u32,
+    /// Last vertex, at least `first`; 1 where the rate is not even.
+    pub last: u32,
+    /// Whether the piece runs along it from `last` to `first`.
+    pub reversed: bool,
+}
+
+impl Side {
+    /// Segments of the side.
+    pub fn segments(&self) -> u32 {
+        self.last - self.first
+    }
+
+    /// Parameter along the line, as a fraction, of the side's vertex `step` (0..=segments) in the piece's
+    /// direction.
+    fn fraction(&self, step: u32) -> (u64, u64) {
+        let vertex = if self.reversed { self.last - step } else { self.first + step };
+        let k = if let Rate::Even(k) = self.rate { k } else { 1 };
+        (u64::from(self.part) * u64::from(k) + u64::from(vertex), u64::from(k) << self.level)
+    }
+}
+
+/// A quotient of integers as a parameter: the same bits for the same rational number.
+fn parameter(numerator: u64, denominator: u64) -> f32 {
+    (numerator as f64 / denominator as f64) as f32
+}
+
+/// What a piece is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PieceKind {
+    /// A quad that is still to be judged.
+    Quad,
+    /// Columns `i[0]..i[1]` and rows `j[0]..j[1]` of an m x n lattice over the quad.
+    Lattice {
+        /// Columns of the whole lattice.
+        m: u16,
+        /// Rows of the whole lattice.
+        n: u16,
+        /// First and last column line of this block.
+        i: [u16; 2],
+        /// First and last row line.
+        j: [u16; 2],
+    },
+}
+
+/// A part of a patch: a quad in its (u, v), or a block of the lattice over one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// Patch in the table.
+    pub patch: u32,
+    /// Halves taken so far: a leading 1, then a bit each.
+    pub path: u128,
+    /// Quad or block of a lattice.
+    pub kind: PieceKind,
+    /// Corners (0,0), (1,0), (0,1), (1,1) in the patch's (u, v).
+    pub uv: [[f32; 2]; 4],
+    /// Sides 0: bottom, 1: right, 2: top, 3: left; bottom and top run left to right, the others upwards.
+    pub sides: [Side; 4],
+}
+
+/// What becomes of a piece.
+#[allow(clippy::large_enum_variant)] // Lives on the stack between two stages only.
+#[derive(Debug, Clone, Copy)]
+pub enum Fate {
+    /// It is small enough: dice it.
+    Dice(Piece),
+    /// It was cut.
+    Split([Piece; 2]),
+}
+
+/// What splitting needs to know of the frame.
+#[derive(Debug, Clone, Copy)]
+pub struct SplitContext<'a> {
+    /// Patches.
+    pub patches: &'a PatchTable,
+    /// Edges.
+    pub edges: &'a EdgeTable,
+    /// The camera.
+    pub camera: &'a RasterCamera,
+    /// Factor on every shading rate.
+    pub rate_scale: f32,
+    /// Most micropolygons in a grid.
+    pub grid_size: u32,
+    /// How often an edge through the eye plane is halved.
+    pub eye_splits: u8,
+    /// Shading rate of each primitive.
+    pub shading_rate: &'a [f32],
+}
+
+/// Splits are not nested deeper than this; what is left is diced as a lattice.
+const MAX_DEPTH: u32 = 120;
+
+/// Most lattice lines each way.
+const MAX_LATTICE: u32 = 65_000;
+
+impl<'a> SplitContext<'a> {
+    fn patch(&self, ix: u32) -> &'a Patch {
+        &self.patches.patches[ix as usize]
+    }
+
+    /// The whole of a patch.
+    pub fn whole(&self, patch_ix: u32) -> Piece {
+        let patch = self.patch(patch_ix);
+        let sides = std::array::from_fn(|side| {
+            let used = patch.edges[side];
+            let line = Line::Border { edge: used.edge, side: side as u8 };
+            self.part_of_line(patch_ix, line, [0, 0], 0, used.reversed)
+        });
+        Piece { patch: patch_ix, path: 1, kind: PieceKind::Quad, uv: CORNER_UV, sides }
+    }
+
+    /// A whole part of a line, as a side. `cuts` bounds further halving; it is a function of the line alone
+    /// (its level, and for an inner line what its parallel sides had when it was drawn).
+    fn part_of_line(
+        &self,
+        patch: u32,
+        line: Line,
+        [level, cuts]: [u8; 2],
+        part: u32,
+        reversed: bool,
+    ) -> Side {
+        let scale = 1u64 << level;
+        let point = |t: f32| {
+            // Exact: a multiple of 1/8 of 2^-level.
+            let eighths = u64::from(part) * 8 + (t * 8.0) as u64;
+            self.position(patch, self.point_on(patch, line, eighths, scale * 8), 0)
+        };
+        let measured = self.measure(patch, line, point);
+        let rate = match measured {
+            Rate::Eye if cuts >= self.eye_splits => Rate::Even(1),
+            Rate::Uneven if cuts >= MAX_LEVEL => Rate::Even(1),
+            other => other,
+        };
+        let last = if let Rate::Even(k) = rate { k } else { 1 };
+        Side { line, level, part, cuts, rate, first: 0, last, reversed }
+    }
+
+    fn measure(&self, patch: u32, line: Line, point: impl FnMut(f32) -> Vec3) -> Rate {
+        let shading_rate = match line {
+            Line::Border { edge, .. } => self.edges.edges[edge as usize].shading_rate,
+            Line::Inner { .. } => self.shading_rate[self.patch(patch).primitive as usize],
+        };
+        rate(self.camera, self.segment_px(shading_rate), point)
+    }
+
+    fn segment_px(&self, shading_rate: f32) -> f32 {
+        (shading_rate * self.rate_scale).sqrt()
+    }
+
+    /// Whether the side was given one segment because it reaches the eye plane (for the statistics).
+    pub fn stops_at_eye(&self, side: &Side) -> bool {
+        side.cuts >= self.eye_splits && side.rate == Rate::Even(1)
+    }
+
+    /// The point at `numerator / denominator` of a line.
+    fn point_on(&self, patch: u32, line: Line, numerator: u64, denominator: u64) -> PointRef {
+        match line {
+            Line::Border { edge, .. } => {
+                let corners = self.edges.edges[edge as usize].corners;
+                match numerator {
+                    0 => PointRef::Corner(corners[0]),
+                    n if n == denominator => PointRef::Corner(corners[1]),
+                    _ => PointRef::Edge { edge, numerator, denominator },
+                }
+            }
+            Line::Inner { ends, .. } if numerator == 0 => ends[0],
+            Line::Inner { ends, .. } if numerator == denominator => ends[1],
+            Line::Inner { .. } => PointRef::Inside(self.line_uv(patch, line, numerator, denominator)),
+        }
+    }
+
+    /// The patch's own (u, v) at `numerator / denominator` of a line.
+    fn line_uv(&self, patch: u32, line: Line, numerator: u64, denominator: u64) -> [f32; 2] {
+        match line {
+            Line::Border { side, .. } => {
+                let reversed = self.patch(patch).edges[side as usize].reversed;
+                let along = if reversed { denominator - numerator } else { numerator };
+                side_uv(side as usize, parameter(along, denominator))
+            }
+            Line::Inner { uv: [from, to], .. } => {
+                let t = parameter(numerator, denominator);
+                std::array::from_fn(|c| {
+                    if numerator == denominator { to[c] } else { from[c] + (to[c] - from[c]) * t }
+                })
+            }
+        }
+    }
+
+    /// Vertex `step` (0..=segments) of a piece's side: the point, and the patch's own (u, v) there.
+    pub fn side_vertex(&self, patch: u32, side: &Side, step: u32) -> (PointRef, [f32; 2]) {
+        let (numerator, denominator) = side.fraction(step);
+        (
+            self.point_on(patch, side.line, numerator, denominator),
+            self.line_uv(patch, side.line, numerator, denominator),
+        )
+    }
+
+    /// Camera-space position of a point at a motion key. `patch` is used for points inside it only.
+    pub fn position(&self, patch: u32, point: PointRef, key: usize) -> Vec3 {
+        let at = |patch: &Patch, [u, v]: [f32; 2]| self.patches.surface(patch, key).evaluate(u, v).p;
+        match point {
+            PointRef::Corner(corner) => {
+                let corner = self.edges.corners[corner as usize];
+                at(self.patch(corner.owner), CORNER_UV[corner.corner as usize])
+            }
+            PointRef::Edge { edge, numerator, denominator } => {
+                let edge = &self.edges.edges[edge as usize];
+                at(self.patch(edge.owner), side_uv(edge.side as usize, parameter(numerator, denominator)))
+            }
+            PointRef::Inside(uv) => at(self.patch(patch), uv),
+        }
+    }
+
+    /// Decides whether `piece` is diced, and how finely, or cuts it.
+    pub fn fate(&self, piece: &Piece) -> Fate {
+        if let PieceKind::Lattice { m, n, i, j } = piece.kind {
+            return self.lattice_fate(piece, [m, n], i, j);
+        }
+        let [bottom, right, top, left] = &piece.sides;
+        let uneven = |a: &Side, b: &Side| !matches!((a.rate, b.rate), (Rate::Even(_), Rate::Even(_)));
+        let (across_u, across_v) = (uneven(bottom, top), uneven(right, left));
+        let deep = piece.path.ilog2() >= MAX_DEPTH;
+        let (u_segments, v_segments) =
+            (bottom.segments().max(top.segments()), right.segments().max(left.segments()));
+        if !deep && (across_u || across_v) {
+            // The direction that is known to be long goes first, so that halves stay compact.
+            let along_u = if across_u && across_v { self.is_wider(piece) } else { across_u };
+            return Fate::Split(self.cut(piece, along_u));
+        }
+        let big = u64::from(u_segments.max(1)) * u64::from(v_segments.max(1)) > u64::from(self.grid_size);
+        if !deep && big && u_segments.max(v_segments) >= 2 {
+            return Fate::Split(self.cut(piece, u_segments >= v_segments));
+        }
+        let [m, n] = self.lattice_size(piece, [u_segments, v_segments]);
+        if !deep && m * n > self.grid_size && u_segments.max(v_segments) >= 2 {
+            let along_u = if u_segments < 2 { false } else { v_segments < 2 || m >= n };
+            return Fate::Split(self.cut(piece, along_u));
+        }
+        let [m, n] = [m, n].map(|s| s as u16);
+        let lattice = Piece { kind: PieceKind::Lattice { m, n, i: [0, m], j: [0, n] }, ..*piece };
+        self.lattice_fate(&lattice, [m, n], [0, m], [0, n])
+    }
+
+    /// Dices a block of a lattice that fits a grid, or halves it along a lattice line.
+    fn lattice_fate(&self, piece: &Piece, [m, n]: [u16; 2], i: [u16; 2], j: [u16; 2]) -> Fate {
+        let (columns, rows) = (i[1] - i[0], j[1] - j[0]);
+        if u32::from(columns) * u32::from(rows) <= self.grid_size {
+            return Fate::Dice(*piece);
+        }
+        let block = |i: [u16; 2], j: [u16; 2]| Piece { kind: PieceKind::Lattice { m, n, i, j }, ..*piece };
+        if columns >= rows {
+            let middle = i[0] + columns / 2;
+            Fate::Split([block([i[0], middle], j), block([middle, i[1]], j)])
+        } else {
+            let middle = j[0] + rows / 2;
+            Fate::Split([block(i, [j[0], middle]), block(i, [middle, j[1]])])
+        }
+    }
+
+    /// Lattice lines that the sides and the interior ask for.
+    fn lattice_size(&self, piece: &Piece, segments: [u32; 2]) -> [u32; 2] {
+        let patch = self.patch(piece.patch);
+        let segment_px = self.segment_px(self.shading_rate[patch.primitive as usize]);
+        let mut size = [segments[0].max(1), segments[1].max(1)];
+        for key in 0..self.patches.num_keys {
+            let surface = self.patches.surface(patch, key);
+            let points: [[Vec3; 5]; 5] = std::array::from_fn(|b| {
+                std::array::from_fn(|a| {
+                    let [u, v] = quad_uv(&piece.uv, a as f32 / 4.0, b as f32 / 4.0);
+                    surface.evaluate(u, v).p
+                })
+            });
+            for (line, row) in points.iter().enumerate().take(4).skip(1) {
+                let column: [Vec3; 5] = std::array::from_fn(|b| points[b][line]);
+                for (axis, polyline) in [row, &column].into_iter().enumerate() {
+                    // Through the eye plane no length is defined: as fine as a grid allows.
+                    let wanted = polyline_segments(self.camera, segment_px, polyline).unwrap_or(16.0);
+                    size[axis] = size[axis].max((wanted.round() as u32).min(MAX_LATTICE));
+                }
+            }
+        }
+        size.map(|s| s.min(MAX_LATTICE))
+    }
+
+    /// Whether the piece spans more of u than of v, where lengths on screen are not known.
+    fn is_wider(&self, piece: &Piece) -> bool {
+        let surface = self.patches.surface(self.patch(piece.patch), 0);
+        let corner = piece.uv.map(|[u, v]| surface.evaluate(u, v).p);
+        let width = (corner[1] - corner[0]).length() + (corner[3] - corner[2]).length();
+        let height = (corner[2] - corner[0]).length() + (corner[3] - corner[1]).length();
+        if width == height { piece.sides[0].level <= piece.sides[1].level } else { width > height }
+    }
+
+    /// Cuts a quad across its bottom and top (`along_u`) or across its left and right side.
+    fn cut(&self, piece: &Piece, along_u: bool) -> [Piece; 2] {
+        let (a, b) = if along_u { (0, 2) } else { (3, 1) };
+        let (a_halves, a_point, a_uv) = self.halve(piece.patch, &piece.sides[a]);
+        let (b_halves, b_point, b_uv) = self.halve(piece.patch, &piece.sides[b]);
+        let line = Line::Inner { uv: [a_uv, b_uv], ends: [a_point, b_point] };
+        let parallel = if along_u { [3, 1] } else { [0, 2] };
+        let cuts = parallel.map(|side| piece.sides[side].cuts);
+        let inner = self.part_of_line(piece.patch, line, [0, cuts[0].max(cuts[1])], 0, false);
+        let [uv00, uv10, uv01, uv11] = piece.uv;
+        let [bottom, right, top, left] = piece.sides;
+        let (uv, sides) = if along_u {
+            (
+                [[uv00, a_uv, uv01, b_uv], [a_uv, uv10, b_uv, uv11]],
+                [[a_halves[0], inner, b_halves[0], left], [a_halves[1], right, b_halves[1], inner]],
+            )
+        } else {
+            (
+                [[uv00, uv10, a_uv, b_uv], [a_uv, b_uv, uv01, uv11]],
+                [[bottom, b_halves[0], inner, a_halves[0]], [inner, b_halves[1], top, a_halves[1]]],
+            )
+        };
+        std::array::from_fn(|half| Piece {
+            path: piece.path * 2 + half as u128,
+            uv: uv[half],
+            sides: sides[half],
+            ..*piece
+        })
+    }
+
+    /// Both halves of a side in the piece's direction, and the point between them.
+    fn halve(&self, patch: u32, side: &Side) -> ([Side; 2], PointRef, [f32; 2]) {
+        if let Rate::Even(_) = side.rate {
+            let middle = side.first + side.segments() / 2;
+            let cuts = side.cuts.saturating_add(1);
+            let lower = Side { last: middle, cuts, ..*side };
+            let upper = Side { first: middle, cuts, ..*side };
+            let halves = if side.reversed { [upper, lower] } else { [lower, upper] };
+            let (point, uv) = self.side_vertex(patch, &halves[1], 0);
+            return (halves, point, uv);
+        }
+        let next = [side.level + 1, side.cuts.saturating_add(1)];
+        let part = |part| self.part_of_line(patch, side.line, next, part, side.reversed);
+        let (lower, upper) = (part(side.part * 2), part(side.part * 2 + 1));
+        let (numerator, denominator) = (u64::from(side.part) * 2 + 1, 2u64 << side.level);
+        let point = self.point_on(patch, side.line, numerator, denominator);
+        let uv = self.line_uv(patch, side.line, numerator, denominator);
+        (if side.reversed { [upper, lower] } else { [lower, upper] }, point, uv)
+    }
+}
+
+/// (u, v) at (a, b) in [0, 1]^2 of a quad with corners (0,0), (1,0), (0,1), (1,1).
+#[inline(always)]
+pub fn quad_uv(uv: &[[f32; 2]; 4], a: f32, b: f32) -> [f32; 2] {
+    std::array::from_fn(|c| {
+        let bottom = uv[0][c] + (uv[1][c] - uv[0][c]) * a;
+        let top = uv[2][c] + (uv[3][c] - uv[2][c]) * a;
+        bottom + (top - bottom) * b
+    })
+}
+
+/// Smallest box in (u, v) that holds the piece: `[u0, u1]`, `[v0, v1]`.
+pub fn uv_box(piece: &Piece) -> ([f32; 2], [f32; 2]) {
+    let corners = match piece.kind {
+        PieceKind::Quad => piece.uv,
+        PieceKind::Lattice { m, n, i, j } => {
+            let at =
+                |i: u16, j: u16| quad_uv(&piece.uv, f32::from(i) / f32::from(m), f32::from(j) / f32::from(n));
+            [at(i[0], j[0]), at(i[1], j[0]), at(i[0], j[1]), at(i[1], j[1])]
+        }
+    };
+    let range = |c: usize| {
+        let values = corners.map(|uv| uv[c]);
+        [values.into_iter().fold(1.0, f32::min), values.into_iter().fold(0.0, f32::max)]
+    };
+    (range(0), range(1))
+}
+
+/// Corners of a patch at the ends of its sides, checked against the edge table (for debugging).
+pub fn debug_check_corners(patch: &Patch, edges: &EdgeTable) {
+    for (side, used) in patch.edges.iter().enumerate() {
+        let mut ends = edges.edges[used.edge as usize].corners;
+        if used.reversed {
+            ends.reverse();
+        }
+        debug_assert_eq!(
+            ends,
+            SIDE_CORNERS[side].map(|c| patch.corners[c]),
+            "edge and corner welds disagree"
+        );
+    }
+}

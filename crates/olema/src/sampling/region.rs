@@ -1,0 +1,125 @@
+//! A rectangle of pixels and the samples in it, laid out for rasterizers.
+//!
+//! In: a [`SamplePattern`] and a [`Region`]. Out: [`RegionSamples`], the place and tuple of each sample in
+//! one array, so that inner loops neither hash nor permute.
+
+use super::pattern::SamplePattern;
+
+/// Full-frame pixels `[x0, x1) x [y0, y1)`; they may be negative.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Region {
+    /// First column.
+    pub x0: i32,
+    /// Column after the last.
+    pub x1: i32,
+    /// First row.
+    pub y0: i32,
+    /// Row after the last.
+    pub y1: i32,
+}
+
+impl Region {
+    /// The region `[x0, x1) x [y0, y1)`; empty where an end is not above its start.
+    pub fn new(x0: i32, x1: i32, y0: i32, y1: i32) -> Self {
+        Region { x0, x1: x1.max(x0), y0, y1: y1.max(y0) }
+    }
+
+    /// Width in pixels.
+    pub fn width(&self) -> usize {
+        (self.x1 - self.x0) as usize
+    }
+
+    /// Height in pixels.
+    pub fn height(&self) -> usize {
+        (self.y1 - self.y0) as usize
+    }
+
+    /// Number of pixels.
+    pub fn num_pixels(&self) -> usize {
+        self.width() * self.height()
+    }
+
+    /// Whether a pixel is in the region.
+    pub fn contains(&self, px: i32, py: i32) -> bool {
+        (self.x0..self.x1).contains(&px) && (self.y0..self.y1).contains(&py)
+    }
+
+    /// Index of a pixel of the region, row by row.
+    #[inline(always)]
+    pub fn pixel_ix(&self, px: i32, py: i32) -> usize {
+        debug_assert!(self.contains(px, py), "pixel ({px}, {py}) outside {self:?}");
+        (py - self.y0) as usize * self.width() + (px - self.x0) as usize
+    }
+}
+
+/// The samples of a region: sample j of pixel (px, py) has index `pixel_ix(px, py) * M + j`.
+#[derive(Debug, Clone)]
+pub struct RegionSamples {
+    /// The pixels.
+    pub region: Region,
+    /// Sub-pixel cells across and down; their product is M.
+    pub grid: [u32; 2],
+    /// Place of each sample in its pixel, `[x, y]` in 1/256 px.
+    pub offsets: Vec<[u8; 2]>,
+    /// Tuple of each sample, an index into [`SamplePattern::tuples`].
+    pub tuples: Vec<u32>,
+}
+
+impl RegionSamples {
+    /// Lays out the samples of a region.
+    pub fn new(pattern: &SamplePattern, region: Region) -> Self {
+        let mut samples =
+            RegionSamples { region, grid: pattern.strata().grid, offsets: Vec::new(), tuples: Vec::new() };
+        samples.renew(pattern, region);
+        samples
+    }
+
+    /// Lays out another region in the same memory.
+    pub fn renew(&mut self, pattern: &SamplePattern, region: Region) {
+        let num_strata = pattern.samples_per_pixel();
+        let k = pattern.tile() as i32;
+        self.region = region;
+        self.grid = pattern.strata().grid;
+        self.offsets.clear();
+        self.tuples.clear();
+        self.offsets.reserve(region.num_pixels() * num_strata as usize);
+        self.tuples.reserve(region.num_pixels() * num_strata as usize);
+        for py in region.y0..region.y1 {
+            for px in region.x0..region.x1 {
+                let set = pattern.set_of_tile(px.div_euclid(k), py.div_euclid(k));
+                let pixel = (py.rem_euclid(k) * k + px.rem_euclid(k)) as u32;
+                for stratum in 0..num_strata {
+                    let ix = stratum * pattern.tile() * pattern.tile()
+                        + pattern.rank_of_pixel(set, stratum, pixel);
+                    let tuple = pattern.tuples()[ix as usize];
+                    self.offsets.push([tuple.x, tuple.y]);
+                    self.tuples.push(ix);
+                }
+            }
+        }
+    }
+
+    /// Samples a pixel, M.
+    #[inline(always)]
+    pub fn samples_per_pixel(&self) -> usize {
+        (self.grid[0] * self.grid[1]) as usize
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.offsets.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.offsets.is_empty()
+    }
+
+    /// Raster place of sample `ix` in 1/256 px.
+    pub fn position(&self, ix: usize) -> [i32; 2] {
+        let pixel = ix / self.samples_per_pixel();
+        let px = self.region.x0 + (pixel % self.region.width()) as i32;
+        let py = self.region.y0 + (pixel / self.region.width()) as i32;
+        [px * 256 + i32::from(self.offsets[ix][0]), py * 256 + i32::from(self.offsets[ix][1])]
+    }
+}

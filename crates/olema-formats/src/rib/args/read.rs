@@ -11,8 +11,8 @@ use super::super::statements::{Arg, Id, Statement};
 use super::{Args, Item, ParamItem, Reading};
 
 impl Args {
-    /// Reads the arguments of `statement`.
-    pub fn read(&mut self, statement: &Statement, r: &mut Reading<'_>) -> Result<(), Fault> {
+    /// Reads the arguments of `statement`. `Ok(true)` where more follows than it takes, which is said.
+    pub fn read(&mut self, statement: &Statement, r: &mut Reading<'_>) -> Result<bool, Fault> {
         for arg in statement.form {
             match *arg {
                 Arg::Params => self.read_params(statement.id, r)?,
@@ -25,13 +25,17 @@ impl Args {
                 }
             }
         }
-        match r.lexer.peek() {
-            Token::Word | Token::End => Ok(()),
-            _ if statement.form.last() == Some(&Arg::Params) => {
-                Err(wrong(r, "a parameter's name or the next statement"))
-            }
-            _ => Err(wrong(r, "the next statement (too many arguments?)")),
+        if matches!(r.lexer.peek(), Token::Word | Token::End | Token::Stray(0x80..)) {
+            return Ok(false);
         }
+        let expected = match statement.form.last() {
+            Some(Arg::Params) => "a parameter's name or the next statement",
+            _ => "the next statement (too many arguments?)",
+        };
+        let mut fault = wrong(r, expected);
+        fault.message.push_str("; ignored");
+        r.said.push(fault);
+        Ok(true)
     }
 
     fn read_item(&mut self, arg: Arg, token: Token, r: &mut Reading<'_>) -> Result<Item, Fault> {

@@ -1,5 +1,6 @@
 //! The stages one by one, for benches and experiments: each as the engine runs it, on one thread.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::error::Error;
@@ -68,13 +69,9 @@ impl<'a> Bench<'a> {
         pieces.iter().map(|piece| self.dice_one(&context, piece)).collect()
     }
 
-    fn primitive_of(&self, piece: &Piece) -> usize {
-        self.frame.patches.patches[piece.patch as usize].primitive as usize
-    }
-
     fn dice_one(&self, context: &SplitContext, piece: &Piece) -> Diced {
-        let ix = self.primitive_of(piece);
-        dice(context, piece, &self.frame.scene.primitives[ix], &self.frame.infos[ix])
+        let corrections = RefCell::default();
+        dice(&self.frame.displace_context(context, &corrections), piece)
     }
 
     fn shade_one(&self, diced: Diced) -> Grid {

@@ -4,6 +4,7 @@
 //! them by tile. Splitting never reads the tile size, only where it pauses does: the pieces that are diced in
 //! the end are the same for every tiling.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -12,6 +13,7 @@ use crate::geometry::RasterCamera;
 use crate::pipeline::bound::{Bound, Unseen, bound};
 use crate::pipeline::connect::connect;
 use crate::pipeline::dice::PrimitiveInfo;
+use crate::pipeline::displace::{Corrections, DisplaceContext, widen};
 use crate::pipeline::patch::Surfaces;
 use crate::pipeline::patchify::patchify;
 use crate::pipeline::resolve::FilterTable;
@@ -50,7 +52,13 @@ impl<'a> FrameData<'a> {
         let camera = RasterCamera::new(&scene.camera, settings.resolution);
         let (mut patches, warnings) = patchify(scene);
         let shading_rate: Vec<f32> = scene.primitives.iter().map(|p| p.attributes.shading_rate).collect();
-        let edges = connect(&mut patches, &shading_rate);
+        let mut edges = connect(&mut patches, &shading_rate);
+        let infos: Vec<PrimitiveInfo> =
+            scene.primitives.iter().map(|p| PrimitiveInfo::new(scene, &camera, p)).collect();
+        if infos.iter().any(|info| info.displacement.is_some()) {
+            edges.list_users(&patches);
+            widen(&mut patches, &edges, &infos);
+        }
         let world_to_camera = *scene.camera.world_to_camera.first();
         let placed: Vec<Arc<dyn PlacedLight>> = scene
             .lights
@@ -75,7 +83,7 @@ impl<'a> FrameData<'a> {
         stats.welds = edges.num_welds() as u64;
         stats.warnings.extend(warnings);
         FrameData {
-            infos: scene.primitives.iter().map(|p| PrimitiveInfo::new(scene, &camera, p)).collect(),
+            infos,
             lights: scene.primitives.iter().map(|p| lights_of(&p.attributes.lights)).collect(),
             tiles: Tiles::new(settings, &pattern, filter.radius),
             scene,
@@ -101,6 +109,15 @@ impl<'a> FrameData<'a> {
             eye_splits: self.settings.eye_splits as u8,
             shading_rate: &self.shading_rate,
         }
+    }
+
+    /// What dicing reads.
+    pub fn displace_context<'b, 'f>(
+        &'b self,
+        frame: &'b SplitContext<'f>,
+        corrections: &'b RefCell<Corrections>,
+    ) -> DisplaceContext<'b, 'f> {
+        DisplaceContext { frame, scene: self.scene, infos: &self.infos, corrections }
     }
 
     /// Splits all patches to about the size of a tile and files the pieces. `None` where it was cancelled.

@@ -1,5 +1,6 @@
 //! One tile: what may be seen in it is split, diced, shaded and drawn, nearest first, then resolved.
 
+use std::cell::RefCell;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
@@ -7,6 +8,7 @@ use std::sync::Arc;
 use crate::error::Error;
 use crate::pipeline::bound::bound;
 use crate::pipeline::dice::dice;
+use crate::pipeline::displace::Corrections;
 use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, composite_pass, filter_pixels};
 use crate::pipeline::sample::{GridSlots, TileBuffers};
 use crate::pipeline::shade::shade;
@@ -32,6 +34,7 @@ pub(super) struct TileWorker<'a> {
     hooks: &'a Hooks<'a>,
     buffers: TileBuffers,
     colors: Vec<SampleColor>,
+    pub corrections: RefCell<Corrections>,
     pub stats: Stats,
 }
 
@@ -66,6 +69,7 @@ impl<'a> TileWorker<'a> {
             hooks,
             buffers,
             colors: Vec::new(),
+            corrections: RefCell::default(),
             stats: Stats::default(),
         }
     }
@@ -215,7 +219,7 @@ impl<'a> TileWorker<'a> {
         let primitive_ix = frame.patches.patches[piece.patch as usize].primitive as usize;
         let primitive = &frame.scene.primitives[primitive_ix];
         let context = &self.context;
-        let diced = dice(context, piece, primitive, &frame.infos[primitive_ix]);
+        let diced = dice(&frame.displace_context(context, &self.corrections), piece);
         let stats = &mut self.stats;
         stats.grids += 1;
         stats.micropolygons += diced.grid.num_micropolygons() as u64;

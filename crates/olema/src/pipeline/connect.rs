@@ -54,6 +54,15 @@ impl Along {
         };
         (if self.reversed { denominator - along } else { along }, denominator)
     }
+
+    /// Whether the edge's parameter `numerator / denominator` lies on the side.
+    pub fn has(self, numerator: u64, denominator: u64) -> bool {
+        match self.part {
+            Part::Whole => true,
+            Part::First => 2 * numerator <= denominator,
+            Part::Second => 2 * numerator >= denominator,
+        }
+    }
 }
 
 /// A patch's use of an edge.
@@ -65,8 +74,8 @@ pub struct EdgeUse {
     pub along: Along,
 }
 
-/// The patch whose curve an edge is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A side of a patch that runs along an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Owner {
     /// The patch.
     pub patch: u32,
@@ -107,6 +116,15 @@ pub struct Corner {
     pub shading_rate: f32,
 }
 
+/// A patch's corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CornerUse {
+    /// The patch.
+    pub patch: u32,
+    /// Its corner.
+    pub corner: u8,
+}
+
 /// Edges and corners of all patches.
 #[derive(Debug, Clone, Default)]
 pub struct EdgeTable {
@@ -114,12 +132,73 @@ pub struct EdgeTable {
     pub edges: Vec<Edge>,
     /// Corners, in the order of their owners.
     pub corners: Vec<Corner>,
+    edge_users: Lists<Owner>,
+    corner_users: Lists<CornerUse>,
+}
+
+/// Lists of different lengths, end to end. Empty where nobody asks for them.
+#[derive(Debug, Clone, Default)]
+struct Lists<T> {
+    starts: Vec<u32>,
+    items: Vec<T>,
+}
+
+impl<T: Copy + Default> Lists<T> {
+    /// Sorts (list, item) pairs into lists; within a list the order stays.
+    fn new(num_lists: usize, pairs: impl Iterator<Item = (u32, T)> + Clone) -> Self {
+        let mut starts = vec![0u32; num_lists + 1];
+        pairs.clone().for_each(|(list, _)| starts[list as usize + 1] += 1);
+        for list in 0..num_lists {
+            starts[list + 1] += starts[list];
+        }
+        let mut next = starts.clone();
+        let mut items = vec![T::default(); starts[num_lists] as usize];
+        for (list, item) in pairs {
+            items[next[list as usize] as usize] = item;
+            next[list as usize] += 1;
+        }
+        Lists { starts, items }
+    }
+
+    fn get(&self, list: u32) -> &[T] {
+        match self.starts.get(list as usize..list as usize + 2) {
+            Some(range) => &self.items[range[0] as usize..range[1] as usize],
+            None => &[],
+        }
+    }
 }
 
 impl EdgeTable {
     /// Edges that two or more patches share.
     pub fn num_welds(&self) -> usize {
         self.edges.iter().filter(|e| e.users > 1).count()
+    }
+
+    /// Notes who meets at each edge and corner, for those who displace.
+    pub fn list_users(&mut self, table: &PatchTable) {
+        let patches = || table.patches.iter().zip(0u32..);
+        let sides = patches().flat_map(|(patch, ix)| {
+            patch
+                .edges
+                .iter()
+                .zip(0u8..)
+                .map(move |(used, side)| (used.edge, Owner { patch: ix, side, along: used.along }))
+        });
+        let corners = patches().flat_map(|(patch, ix)| {
+            patch.corners.iter().zip(0u8..).map(move |(&id, corner)| (id, CornerUse { patch: ix, corner }))
+        });
+        self.edge_users = Lists::new(self.edges.len(), sides);
+        self.corner_users = Lists::new(self.corners.len(), corners);
+    }
+
+    /// Sides along an edge, in the order of their patches, once [`Self::list_users`] has run.
+    pub fn edge_users(&self, edge: u32) -> &[Owner] {
+        self.edge_users.get(edge)
+    }
+
+    /// Corners at a corner, in the order of their patches, once [`Self::list_users`] has run.
+    pub fn corner_users(&self, corner: u32) -> &[CornerUse] {
+        self.corner_users.get(corner)
     }
 
     fn corner(&mut self, known: Option<u32>, owner: u32, corner: usize, shading_rate: f32) -> u32 {

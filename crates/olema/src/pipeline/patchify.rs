@@ -54,6 +54,7 @@ fn base_quads(surface: LimitSurface, primitive: u32, to_camera: DMat4, table: &m
             corners: [0; 4],
             params: [0.0, 1.0, 0.0, 1.0],
             slack: 0.0,
+            is_displaced: false,
         });
     }
     table.limits.push(Limit { surface, to_camera });
@@ -101,6 +102,7 @@ fn sheet(mesh: &PatchMesh, primitive: u32, to_camera: &DMat4, table: &mut PatchT
                 corners: [0; 4],
                 params: [u0, u1, v0, v1],
                 slack: 0.0,
+                is_displaced: false,
             });
         }
     }

@@ -93,7 +93,7 @@ impl Side {
 }
 
 /// A quotient of integers as a parameter: the same bits for the same rational number.
-fn parameter(numerator: u64, denominator: u64) -> f32 {
+pub fn parameter(numerator: u64, denominator: u64) -> f32 {
     (numerator as f64 / denominator as f64) as f32
 }
 

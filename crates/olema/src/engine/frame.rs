@@ -12,6 +12,7 @@ use crate::geometry::RasterCamera;
 use crate::pipeline::bound::{Bound, Unseen, bound};
 use crate::pipeline::connect::connect;
 use crate::pipeline::dice::PrimitiveInfo;
+use crate::pipeline::patch::Surfaces;
 use crate::pipeline::patchify::patchify;
 use crate::pipeline::resolve::FilterTable;
 use crate::pipeline::split::{Fate, Piece, SplitContext};
@@ -92,6 +93,7 @@ impl<'a> FrameData<'a> {
     pub fn context(&self) -> SplitContext<'_> {
         SplitContext {
             patches: &self.patches,
+            surfaces: Surfaces::new(&self.patches),
             edges: &self.edges,
             camera: &self.camera,
             rate_scale: self.settings.shading_rate_scale,
@@ -112,11 +114,12 @@ impl<'a> FrameData<'a> {
             .map(|chunk| {
                 let watch = Stopwatch::new(hooks);
                 let mut filed = (Vec::new(), Vec::new(), Stats::default());
+                let context = self.context();
                 for patch in chunk * CHUNK..num_patches.min((chunk + 1) * CHUNK) {
                     if hooks.is_cancelled() {
                         break;
                     }
-                    self.file_patch(patch, region, &mut filed);
+                    self.file_patch(&context, patch, region, &mut filed);
                 }
                 filed.2.seconds.split += watch.seconds();
                 filed
@@ -143,15 +146,18 @@ impl<'a> FrameData<'a> {
         Some(filed)
     }
 
-    fn file_patch(&self, patch: u32, region: Region, filed: &mut (Vec<Entry>, Vec<Piece>, Stats)) {
+    fn file_patch(
+        &self,
+        context: &SplitContext,
+        patch: u32,
+        region: Region,
+        filed: &mut (Vec<Entry>, Vec<Piece>, Stats),
+    ) {
         let (entries, pieces, stats) = filed;
-        let context = self.context();
         let limit = self.tiles.side as i32;
         let mut stack = vec![context.whole(patch)];
         while let Some(piece) = stack.pop() {
-            let Some(Bound { pixels, depth }) =
-                count_unseen(bound(&self.patches, &self.camera, &piece, &region), stats)
-            else {
+            let Some(Bound { pixels, depth }) = count_unseen(bound(context, &piece, &region), stats) else {
                 continue;
             };
             let small = pixels[1] - pixels[0] < limit && pixels[3] - pixels[2] < limit;

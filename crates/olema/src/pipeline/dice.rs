@@ -10,12 +10,12 @@ use glam::Vec3;
 
 use crate::geometry::RasterCamera;
 use crate::math::Vec3s;
-use crate::scene::{Primitive, Scene};
+use crate::scene::{Geometry, Primitive, Scene};
 use crate::shading::{PointVar, ShadingPoints};
 
 use super::grid::{Grid, GridKey, Look, SlowVertices};
-use super::patch::{Patch, Surface};
-use super::primvar::PatchVar;
+use super::patch::unit_normal;
+use super::primvar::{PatchVar, to_space};
 use super::split::{Piece, PieceKind, Side, SplitContext, quad_uv};
 
 /// What dicing needs to know of a primitive, the same for all its patches.
@@ -86,14 +86,13 @@ pub fn dice(context: &SplitContext, piece: &Piece, primitive: &Primitive, info: 
         raster: [i32::MAX, i32::MIN, i32::MAX, i32::MIN],
     };
     let uv: Vec<[f32; 2]> = vertices.iter().map(|v| v.uv).collect();
-    let mut points = shading_points(context, patch, &uv, info);
+    let mut points = shading_points(context, piece.patch, &uv, info);
     for key in 0..context.patches.num_keys {
-        let surface = context.patches.surface(patch, key);
         let placed: Vec<Vec3> = vertices
             .iter()
             .map(|vertex| match vertex.border {
                 Some(point) => context.position(piece.patch, point, key),
-                None => surface.evaluate(vertex.uv[0], vertex.uv[1]).p,
+                None => context.surfaces.evaluate(piece.patch, key, vertex.uv).p,
             })
             .collect();
         place(&mut grid, context.camera, &placed, key);
@@ -108,7 +107,7 @@ pub fn dice(context: &SplitContext, piece: &Piece, primitive: &Primitive, info: 
             });
         }
     }
-    primitive_variables(&mut points, &uv, patch, primitive, info);
+    primitive_variables(context, piece.patch, &mut points, &uv, primitive, info);
     steps(&mut points, columns as usize);
     Diced { grid, points }
 }
@@ -183,18 +182,18 @@ fn place(grid: &mut Grid, camera: &RasterCamera, placed: &[Vec3], key: usize) {
 /// Normals, derivatives and parameters.
 fn shading_points(
     context: &SplitContext,
-    patch: &Patch,
+    patch_ix: u32,
     uv: &[[f32; 2]],
     info: &PrimitiveInfo,
 ) -> ShadingPoints {
-    let surface = context.patches.surface(patch, 0);
-    let [u0, u1, v0, v1] = patch.params;
+    let [u0, u1, v0, v1] = context.patches.patches[patch_ix as usize].params;
     let mut points = ShadingPoints::default();
     for &[u, v] in uv {
-        let at = surface.evaluate(u, v);
+        let at = context.surfaces.evaluate(patch_ix, 0, [u, v]);
         points.dpdu.push(at.du / (u1 - u0));
         points.dpdv.push(at.dv / (v1 - v0));
-        points.ng.push(normal(&surface, u, v) * info.normal_sign);
+        let normal = unit_normal(&at).unwrap_or_else(|| context.surfaces.normal(patch_ix, [u, v]));
+        points.ng.push(normal * info.normal_sign);
         points.u.push(u0 + (u1 - u0) * u);
         points.v.push(v0 + (v1 - v0) * v);
     }
@@ -202,35 +201,15 @@ fn shading_points(
     points
 }
 
-/// Unit normal dPdu x dPdv. Where it vanishes (a pole, a collapsed side), that of the nearest place towards the
-/// middle of the patch where it does not; zero for a surface without area.
-pub fn normal(surface: &Surface, u: f32, v: f32) -> Vec3 {
-    // Derivatives smaller than this part of the other one are rounding.
-    const DEGENERATE: f32 = 1e-6;
-    let mut step = 0.0f32;
-    for _ in 0..12 {
-        let at = surface.evaluate(u + (0.5 - u) * step, v + (0.5 - v) * step);
-        let (a, b) = (at.du.length_squared(), at.dv.length_squared());
-        let cross = at.du.cross(at.dv);
-        let length = cross.length();
-        let larger = a.max(b);
-        if length.is_finite() && length > DEGENERATE * larger && length > f32::MIN_POSITIVE {
-            return cross / length;
-        }
-        step = if step == 0.0 { 1.0 / 2048.0 } else { step * 2.0 };
-    }
-    Vec3::ZERO
-}
-
 /// Colour, opacity, texture coordinates and the rest of the primitive's variables.
 fn primitive_variables(
+    context: &SplitContext,
+    patch_ix: u32,
     points: &mut ShadingPoints,
     uv: &[[f32; 2]],
-    patch: &Patch,
     primitive: &Primitive,
     info: &PrimitiveInfo,
 ) {
-    let crate::scene::Geometry::Patches(mesh) = &primitive.geometry;
     let attributes = &primitive.attributes;
     points.cs = Vec3s::splat(Vec3::from_array(attributes.color), uv.len());
     points.os = Vec3s::splat(Vec3::from_array(attributes.opacity), uv.len());
@@ -240,27 +219,44 @@ fn primitive_variables(
     let whole: Vec<[f32; 2]> = points.u.iter().zip(&points.v).map(|(&u, &v)| [u, v]).collect();
     points.s = whole.iter().map(|&at| texture.evaluate(0, at)).collect();
     points.t = whole.iter().map(|&at| texture.evaluate(1, at)).collect();
-    for var in &mesh.vars {
-        let Some(values) = PatchVar::new(mesh, var, patch.cell, &info.to_camera) else { continue };
-        let component = |c: usize| uv.iter().map(|&at| values.evaluate(c, at)).collect::<Vec<f32>>();
-        let three = || Vec3s { x: component(0), y: component(1), z: component(2) };
-        match (var.name.as_str(), values.num_floats) {
-            ("Cs", 3) => points.cs = three(),
-            ("Os", 3) => points.os = three(),
-            ("s", 1) => points.s = component(0),
-            ("t", 1) => points.t = component(0),
-            ("st", 2) => (points.s, points.t) = (component(0), component(1)),
-            ("N", 3) => points.n = three(),
-            (name, num_floats) => points.vars.push(PointVar {
-                name: name.into(),
-                num_floats,
-                values: uv
-                    .iter()
-                    .flat_map(|&at| (0..num_floats).map(move |c| (c, at)))
-                    .map(|(c, at)| values.evaluate(c, at))
-                    .collect(),
-            }),
+    match &primitive.geometry {
+        Geometry::Patches(mesh) => {
+            let cell = context.patches.patches[patch_ix as usize].cell;
+            for var in &mesh.vars {
+                let Some(values) = PatchVar::new(mesh, var, cell, &info.to_camera) else { continue };
+                let all = uv.iter().flat_map(|&at| (0..values.num_floats).map(move |c| (c, at)));
+                let floats = all.map(|(c, at)| values.evaluate(c, at)).collect();
+                assign(points, &var.name, values.num_floats, floats);
+            }
         }
+        Geometry::Subdivision(mesh) => {
+            for (ix, var) in mesh.vars.iter().enumerate() {
+                let num_floats = var.ty.num_floats() * var.array_len as usize;
+                let mut floats = vec![0.0; uv.len() * num_floats];
+                let mut values = uv.iter().zip(floats.chunks_exact_mut(num_floats.max(1)));
+                if num_floats > 0
+                    && values.all(|(&at, out)| context.surfaces.limit_var(patch_ix, ix, at, out))
+                {
+                    let floats = to_space(&floats, var.ty, &info.to_camera);
+                    assign(points, &var.name, num_floats, floats);
+                }
+            }
+        }
+    }
+}
+
+/// Puts a variable, `num_floats` floats a vertex, where shaders look for it.
+fn assign(points: &mut ShadingPoints, name: &str, num_floats: usize, floats: Vec<f32>) {
+    let component = |c: usize| floats.iter().skip(c).step_by(num_floats).copied().collect::<Vec<f32>>();
+    let three = || Vec3s { x: component(0), y: component(1), z: component(2) };
+    match (name, num_floats) {
+        ("Cs", 3) => points.cs = three(),
+        ("Os", 3) => points.os = three(),
+        ("s", 1) => points.s = floats,
+        ("t", 1) => points.t = floats,
+        ("st", 2) => (points.s, points.t) = (component(0), component(1)),
+        ("N", 3) => points.n = three(),
+        _ => points.vars.push(PointVar { name: name.into(), num_floats, values: floats }),
     }
 }
 

@@ -125,7 +125,7 @@ fn bezier(points: &[f64; 16], u: f64, v: f64) -> f64 {
 }
 
 /// Carries points, vectors and normals to camera space; everything else stays.
-fn to_space(raw: &[f32], ty: VarType, to_camera: &DMat4) -> Vec<f32> {
+pub fn to_space(raw: &[f32], ty: VarType, to_camera: &DMat4) -> Vec<f32> {
     let each = |f: &dyn Fn(DVec3) -> DVec3| {
         raw.chunks_exact(3)
             .flat_map(|c| f(DVec3::new(c[0].into(), c[1].into(), c[2].into())).as_vec3().to_array())

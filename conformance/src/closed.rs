@@ -231,3 +231,15 @@ pub fn displace(scene: &mut Scene, seed: u32, amplitude: f32) {
         primitive.attributes = Arc::new(Attributes { displacement: Some(made.shader), ..attributes });
     }
 }
+
+/// Scene `seed` of the long crack test: meshes and patches, every second one displaced.
+pub fn crack_scene(seed: u32) -> Scene {
+    let mut scene = match seed % 3 {
+        0 | 1 => subdivision_scene(seed),
+        _ => scene(KINDS[seed as usize / 3 % KINDS.len()], seed),
+    };
+    if seed / 3 % 2 == 1 {
+        displace(&mut scene, seed, 0.4);
+    }
+    scene
+}

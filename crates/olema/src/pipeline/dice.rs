@@ -17,7 +17,7 @@ use super::displace::{DisplaceContext, Displacer, Query};
 use super::grid::{Grid, GridKey, Look, SlowVertices};
 use super::patch::unit_normal;
 use super::primvar::{each_variable, texture_coordinates};
-use super::split::{Piece, PieceKind, Side, SplitContext, quad_uv};
+use super::split::{Piece, PieceKind, Sabotage, Side, SplitContext, quad_uv};
 
 /// What dicing needs to know of a primitive, the same for all its patches.
 #[derive(Debug, Clone)]
@@ -132,7 +132,7 @@ fn vertex_positions(
         return vertices.iter().map(position).collect();
     }
     let query = |vertex: &LatticeVertex| match vertex.border {
-        Some(point) => context.border(patch, point),
+        Some(point) => context.border(patch, point, vertex.uv),
         None => context.inner(patch, vertex.uv),
     };
     let queries: Vec<Query> = vertices.iter().map(query).collect();
@@ -204,18 +204,20 @@ fn lattice_vertices(
         let (line, lines, segments) = (u64::from(line), u64::from(lines), u64::from(side.segments()));
         let step = ((2 * line * segments + lines) / (2 * lines)) as u32;
         let (point, uv) = context.side_vertex(piece.patch, side, step);
-        LatticeVertex { uv, border: Some(point) }
+        let keeps = context.sabotage != Some(Sabotage::Owner);
+        LatticeVertex { uv, border: keeps.then_some(point) }
     };
+    let snaps = context.sabotage != Some(Sabotage::Snap);
     let mut vertices = Vec::new();
     for b in j[0]..=j[1] {
         for a in i[0]..=i[1] {
-            vertices.push(if b == 0 {
+            vertices.push(if b == 0 && snaps {
                 on_side(0, a, m)
-            } else if b == n {
+            } else if b == n && snaps {
                 on_side(2, a, m)
-            } else if a == 0 {
+            } else if a == 0 && snaps {
                 on_side(3, b, n)
-            } else if a == m {
+            } else if a == m && snaps {
                 on_side(1, b, n)
             } else {
                 let uv = quad_uv(&piece.uv, f32::from(a) / f32::from(m), f32::from(b) / f32::from(n));

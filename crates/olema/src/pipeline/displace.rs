@@ -21,7 +21,7 @@ use super::connect::EdgeTable;
 use super::dice::PrimitiveInfo;
 use super::patch::{CORNER_UV, PatchTable, side_uv, unit_normal};
 use super::primvar::texture_coordinates;
-use super::split::{PointRef, SplitContext};
+use super::split::{PointRef, Sabotage, SplitContext};
 
 /// A primitive's displacement, ready to use.
 #[derive(Debug, Clone)]
@@ -158,11 +158,13 @@ impl DisplaceContext<'_, '_> {
         Query { patch, uv, normal: self.own_normal(patch, uv, &at), shading_rate }
     }
 
-    /// A point of a side: on its owner, with the sum of all normals that meet there.
-    pub fn border(&self, patch: u32, point: PointRef) -> Query {
+    /// A point of a side: on its owner, with the sum of all normals that meet there. `own_uv` is where it lies on
+    /// the patch that asks.
+    pub fn border(&self, patch: u32, point: PointRef, own_uv: [f32; 2]) -> Query {
         let (owner, uv) = self.frame.place(patch, point);
         let mut query = self.inner(owner, uv);
         let edges = self.frame.edges;
+        let sabotage = self.frame.sabotage;
         let normal_of = |patch: u32, uv: [f32; 2]| self.inner(patch, uv).normal;
         let sum: Vec3 = match point {
             PointRef::Inside(_) => return query,
@@ -185,6 +187,12 @@ impl DisplaceContext<'_, '_> {
             }
         };
         let length = sum.length();
+        if sabotage == Some(Sabotage::Width) {
+            query.shading_rate = self.frame.shading_rate[self.info(patch).0 as usize];
+        }
+        if sabotage == Some(Sabotage::Normal) {
+            return Query { normal: self.inner(patch, own_uv).normal, ..query };
+        }
         // Sides that face each other leave nothing: the owner's normal stands then.
         if length > 1e-3 {
             query.normal = sum / length;

@@ -7,7 +7,7 @@
 /// Bytes that opening an archive counts for.
 pub const ARCHIVE_COST: u64 = 16 << 10;
 /// Bytes that replaying one recorded statement counts for.
-pub const REPLAY_COST: u64 = 64;
+pub const REPLAY_COST: u64 = 512;
 
 /// The account.
 #[derive(Debug, Clone)]

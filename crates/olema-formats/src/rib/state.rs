@@ -115,6 +115,8 @@ pub struct OptionState {
     pub displays: Vec<DisplayState>,
     /// `Quantize` by type.
     pub quantize: Vec<(String, Quantize)>,
+    /// `Hider "hidden" "jitter"`.
+    pub jitter: bool,
     /// `Option "limits" "gridsize"`.
     pub grid_size: Option<u32>,
     /// `Option "limits" "bucketsize"`.
@@ -150,6 +152,7 @@ impl Default for OptionState {
             relative_detail: 1.0,
             displays: Vec::new(),
             quantize: vec![("rgba".to_owned(), colour), ("z".to_owned(), depth)],
+            jitter: true,
             grid_size: None,
             bucket: None,
             eye_splits: None,

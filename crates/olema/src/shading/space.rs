@@ -44,7 +44,7 @@ pub fn largest_stretch(m: &DMat3) -> f64 {
         if !(*length > 0.0 && length.is_finite()) {
             return if *length == 0.0 { 0.0 } else { f64::INFINITY };
         }
-        b = b * (1.0 / *length);
+        b *= 1.0 / *length;
         b = b * b;
     }
     let eigenvalue = lengths.iter().rev().fold(1.0f64, |product, length| product.sqrt() * length);

@@ -214,3 +214,20 @@ pub fn mesh_scene(mesh: olema::scene::SubdivisionMesh, random: &mut Random) -> S
     add(&mut scene, geometry, to_world, &attributes(random));
     scene
 }
+
+/// Gives every primitive of a scene a random displacement of about `amplitude` in world units, each its own.
+pub fn displace(scene: &mut Scene, seed: u32, amplitude: f32) {
+    use olema::shading::{ShaderParam as Param, displacement};
+    let mut random = Random::new(seed ^ 0xd15b);
+    for primitive in &mut scene.primitives {
+        let scale = primitive.to_world.first().x_axis.truncate().length();
+        let name = ["noise", "fractal", "cells", "waves", "vector"][random.below(5) as usize];
+        let params = [
+            Param::float("amplitude", amplitude * random.range(0.3, 1.0) as f32 / scale as f32),
+            Param::float("frequency", random.range(0.5, 6.0) as f32 * scale as f32),
+        ];
+        let made = displacement(name, &params).expect("a standard displacement");
+        let attributes = (*primitive.attributes).clone();
+        primitive.attributes = Arc::new(Attributes { displacement: Some(made.shader), ..attributes });
+    }
+}

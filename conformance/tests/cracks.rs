@@ -1,6 +1,6 @@
 //! Closed surfaces made of patches have no cracks, at no sample.
 
-use conformance::closed::{KINDS, Kind, Random, mesh_scene, scene, subdivision_scene};
+use conformance::closed::{KINDS, Kind, Random, displace, mesh_scene, scene, subdivision_scene};
 use conformance::cracks::signed_hits;
 use conformance::scenes::small;
 
@@ -53,6 +53,23 @@ fn closed_named_meshes_have_no_cracks() {
         assert_eq!(report.cracked, 0, "{name}: {report:?}");
         assert!(report.covered > 1000, "{name}: {report:?}");
     }
+}
+
+#[test]
+fn displaced_surfaces_have_no_cracks() {
+    let mut covered = 0;
+    for seed in 0..40 {
+        let mut scene = if seed % 2 == 0 {
+            subdivision_scene(seed)
+        } else {
+            scene(KINDS[seed as usize / 2 % KINDS.len()], seed)
+        };
+        displace(&mut scene, seed, 0.4);
+        let report = signed_hits(&scene, &small(72, 72, [4, 4])).expect("a correct scene");
+        assert_eq!(report.cracked, 0, "{seed}: {report:?}");
+        covered += report.covered;
+    }
+    assert!(covered > 300_000, "{covered} samples");
 }
 
 #[test]

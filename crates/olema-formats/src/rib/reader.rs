@@ -178,7 +178,10 @@ impl Reader {
             if self.is_skipping() {
                 return Ok(Step::Go);
             }
-            let hint = statements::nearest(&self.word).map(|n| format!(" (\"{n}\"?)")).unwrap_or_default();
+            // Looking for neighbours takes long where everything is unknown.
+            let few = self.diagnostics.len() < 100;
+            let near = few.then(|| statements::nearest(&self.word)).flatten();
+            let hint = near.map(|n| format!(" (\"{n}\"?)")).unwrap_or_default();
             let message =
                 format!("unknown statement \"{}\": expected a RenderMan statement{hint}; skipped", self.word);
             return Err(Fault::error(site.pos, message));

@@ -169,7 +169,7 @@ pub struct AttrState {
     /// What primitives carry; its lights are behind `lights`, its orientation behind `inside`.
     pub look: Attributes,
     /// Lights that are on.
-    pub lights: Vec<u32>,
+    pub lights: Arc<Vec<u32>>,
     /// Whether `look.lights` is older than `lights`.
     pub lights_changed: bool,
     /// Whether the orientation differs from the handedness of the coordinate system. A transform that mirrors
@@ -212,7 +212,7 @@ impl AttrState {
         };
         AttrState {
             look,
-            lights: Vec::new(),
+            lights: Arc::default(),
             lights_changed: false,
             inside: false,
             basis: [PatchBasis::BEZIER; 2],

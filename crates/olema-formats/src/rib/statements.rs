@@ -242,8 +242,12 @@ pub fn nearest(name: &str) -> Option<&'static str> {
     if let Some(found) = folded {
         return Some(found.name);
     }
-    let best = TABLE.iter().map(|s| (distance(s.name.as_bytes(), name.as_bytes()), s.name)).min()?;
-    (best.0 <= 2 && name.len() > 4).then_some(best.1)
+    if !(5..=40).contains(&name.len()) {
+        return None;
+    }
+    let alike = TABLE.iter().filter(|s| s.name.len().abs_diff(name.len()) <= 2);
+    let best = alike.map(|s| (distance(s.name.as_bytes(), name.as_bytes()), s.name)).min()?;
+    (best.0 <= 2).then_some(best.1)
 }
 
 /// Edits between two words.

@@ -36,7 +36,13 @@ use record::Recorder;
 pub use record::{Geometries, Recorded, Recording};
 
 /// Most blocks open at a time.
-const MAX_BLOCKS: usize = 10_000;
+const MAX_BLOCKS: usize = 1000;
+/// Most times in a motion block, and twice that in the current transformation.
+const MAX_TIMES: usize = 128;
+/// Most named spaces.
+const MAX_SPACES: usize = 4096;
+/// Most displays, and kinds of quantization.
+const MAX_DISPLAYS: usize = 256;
 
 /// What the reader does next.
 #[derive(Debug)]

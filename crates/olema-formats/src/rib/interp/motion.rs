@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::super::fault::Fault;
 use super::super::state::{Block, BlockKind, Site};
 use super::super::statements::{Id, Place};
-use super::{Call, Flow, Interp, is_transform};
+use super::{Call, Flow, Interp, MAX_TIMES, is_transform};
 
 /// An open motion block.
 pub struct Motion {
@@ -29,8 +29,11 @@ impl Interp {
     pub(super) fn motion_begin(&mut self, call: &Call<'_>) -> Result<(), Fault> {
         let times = call.args.floats(0).to_vec();
         let ascend = times.windows(2).all(|w| w[0] < w[1]);
-        if times.is_empty() || !ascend || times.len() > 4096 {
-            return Err(Fault::error(call.args.pos(0), "expected 1 to 4096 times in ascending order"));
+        if times.is_empty() || !ascend || times.len() > MAX_TIMES {
+            return Err(Fault::error(
+                call.args.pos(0),
+                format!("expected 1 to {MAX_TIMES} times in ascending order"),
+            ));
         }
         self.count("motion is not drawn yet: the first key is", call.site);
         let block = Block {

@@ -10,7 +10,7 @@ use super::super::fault::Fault;
 use super::super::state::{DisplayState, OptionState};
 use super::super::statements::Id;
 use super::super::{Display, Quantize};
-use super::{Call, Interp};
+use super::{Call, Interp, MAX_DISPLAYS};
 
 /// Most directories in a search path.
 const MAX_PATHS: usize = 256;
@@ -25,7 +25,7 @@ impl Interp {
                 let done = self.dictionary.declare(name, text);
                 done.map_err(|why| Fault::error(args.pos(1), format!("\"{text}\": {why}")))?;
             }
-            Id::CoordinateSystem | Id::ScopedCoordinateSystem => self.name_space(call),
+            Id::CoordinateSystem | Id::ScopedCoordinateSystem => self.name_space(call)?,
             Id::Option => self.named_option(call),
             Id::Display => self.display(call),
             Id::Projection => self.projection(call)?,
@@ -35,7 +35,7 @@ impl Interp {
         Ok(true)
     }
 
-    /// Options whose arguments are plain numbers or names.
+    /// Options of the frame's size and place.
     fn frame_option(&mut self, call: &Call<'_>) -> Result<bool, Fault> {
         let args = call.args;
         let wrong =
@@ -69,6 +69,18 @@ impl Interp {
                 }
                 options.clipping = [near, if far >= 1e30 { f64::INFINITY } else { far }];
             }
+            _ => return self.sampling_option(call),
+        }
+        Ok(true)
+    }
+
+    /// Options of the lens, the shutter and the film.
+    fn sampling_option(&mut self, call: &Call<'_>) -> Result<bool, Fault> {
+        let args = call.args;
+        let wrong =
+            |message: &str| Fault::error(args.pos(0), format!("{}: {message}; ignored", call.statement.name));
+        let options = Arc::make_mut(&mut self.options);
+        match call.statement.id {
             Id::DepthOfField => {
                 options.lens = lens(args.nums(0)).map_err(wrong)?;
                 if options.lens.is_some() {
@@ -171,6 +183,10 @@ impl Interp {
                 name
             }
         };
+        if options.displays.len() >= MAX_DISPLAYS {
+            let message = format!("expected at most {MAX_DISPLAYS} displays; left out");
+            return self.say(Fault::warning(call.site.pos, message));
+        }
         let own = args.find("quantize").and_then(|p| <[f32; 4]>::try_from(args.param_floats(p)).ok());
         let dither = args.find("dither").and_then(|p| args.param_floats(p).first()).copied();
         let [zero, one, min, max] = own.unwrap_or_default();
@@ -282,8 +298,12 @@ fn quantize(call: &Call<'_>, options: &mut OptionState) -> Result<(), String> {
         name => name,
     };
     let quantize = Quantize { one, min, max, dither };
+    let full = options.quantize.len() >= MAX_DISPLAYS;
     match options.quantize.iter_mut().find(|q| q.0 == name) {
         Some(old) => old.1 = quantize,
+        None if full => {
+            return Err(format!("expected at most {MAX_DISPLAYS} types"));
+        }
         None => options.quantize.push((name.to_owned(), quantize)),
     }
     Ok(())

@@ -69,7 +69,7 @@ impl Interp {
         self.names.lights.push(LightState { shader: made.shader, matrix, in_world });
         self.names.handles.insert(Handle::of(call.args, 1), ix);
         let attrs = Arc::make_mut(&mut self.attrs);
-        attrs.lights.push(ix);
+        Arc::make_mut(&mut attrs.lights).push(ix);
         attrs.lights_changed = true;
     }
 
@@ -85,9 +85,10 @@ impl Interp {
             return Ok(());
         }
         let attrs = Arc::make_mut(&mut self.attrs);
-        attrs.lights.retain(|l| *l != ix);
+        let lights = Arc::make_mut(&mut attrs.lights);
+        lights.retain(|l| *l != ix);
         if on {
-            attrs.lights.push(ix);
+            lights.push(ix);
         }
         attrs.lights_changed = true;
         Ok(())

@@ -39,6 +39,7 @@ impl Interp {
             return Ok(());
         }
         if self.attrs.lights_changed {
+            self.hold(call, 4 * self.attrs.lights.len() as u64)?;
             let attrs = Arc::make_mut(&mut self.attrs);
             attrs.look.lights = Arc::from(attrs.lights.as_slice());
             attrs.lights_changed = false;

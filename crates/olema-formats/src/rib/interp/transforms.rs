@@ -7,7 +7,7 @@ use super::super::fault::Fault;
 use super::super::state::Space;
 use super::super::statements::Id;
 use super::super::transform::{self, Transform};
-use super::{Call, Interp};
+use super::{Call, Interp, MAX_SPACES, MAX_TIMES};
 
 impl Interp {
     /// Runs a transform statement.
@@ -59,6 +59,13 @@ impl Interp {
 
     /// Changes the current transformation, if it can still be inverted then.
     pub(super) fn apply(&mut self, call: &Call<'_>, m: &Keyed<DMat4>, replaces: bool) -> Result<(), Fault> {
+        if self.ctm.0.times.len() + m.times.len() > 2 * MAX_TIMES {
+            let message = format!(
+                "expected at most {} times in all motion blocks around an object; ignored",
+                2 * MAX_TIMES
+            );
+            return Err(Fault::error(call.site.pos, message));
+        }
         let mut next = if replaces { Transform::default() } else { self.ctm.clone() };
         next.concat_keyed(m);
         if !next.is_regular() {
@@ -89,17 +96,22 @@ impl Interp {
     }
 
     /// CoordinateSystem and ScopedCoordinateSystem.
-    pub(super) fn name_space(&mut self, call: &Call<'_>) {
+    pub(super) fn name_space(&mut self, call: &Call<'_>) -> Result<(), Fault> {
+        if self.names.spaces.len() + self.attrs.spaces.len() >= MAX_SPACES {
+            let message = format!("expected at most {MAX_SPACES} named spaces; ignored");
+            return Err(Fault::error(call.site.pos, message));
+        }
         let name = call.args.text(0).unwrap_or_default().to_owned();
         let space = Space { name, matrix: *self.ctm.first(), in_world: self.world.is_some() };
         if call.statement.id == Id::ScopedCoordinateSystem {
             let attrs = std::sync::Arc::make_mut(&mut self.attrs);
             std::sync::Arc::make_mut(&mut attrs.spaces).push(space);
-            return;
+            return Ok(());
         }
         match self.names.spaces.iter_mut().find(|s| s.name == space.name) {
             Some(old) => *old = space,
             None => self.names.spaces.push(space),
         }
+        Ok(())
     }
 }

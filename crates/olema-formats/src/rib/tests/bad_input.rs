@@ -131,7 +131,7 @@ fn long_tokens_are_cut_not_kept() {
 #[test]
 fn deep_blocks_and_conditions_are_refused() {
     let blocks = "AttributeBegin ".repeat(20_000);
-    assert!(read(&blocks).diagnostics[0].message.contains("10000 blocks"));
+    assert!(read(&blocks).diagnostics[0].message.contains("1000 blocks"));
     let conditions = "IfBegin \"1\" ".repeat(2000);
     assert!(read(&conditions).diagnostics[0].message.contains("1000 conditions"));
 }
@@ -159,4 +159,20 @@ fn a_slow_stream_reads_like_a_fast_one() {
     assert_eq!(slow.diagnostics, fast.diagnostics);
     let last = |r: &Read| r.frames[0].scene.primitives[1999].attributes.origin.clone();
     assert_eq!((last(&slow), last(&fast)), ("test.rib:2001".to_owned(), "test.rib:2001".to_owned()));
+}
+
+#[test]
+fn lists_that_every_frame_or_primitive_carries_are_bounded() {
+    let spaces: String = (0..5000).map(|n| format!("CoordinateSystem \"c{n}\" ")).collect();
+    assert!(read(&spaces).diagnostics[0].message.contains("4096 named spaces"));
+    let displays = "Display \"+a\" \"file\" \"rgb\" ".repeat(300);
+    let read1 = read(&format!("{displays} WorldBegin WorldEnd"));
+    assert_eq!(read1.frames[0].displays.len(), 256);
+    let times: String = (0..200).map(|n| format!("{n} ")).collect();
+    assert!(read(&format!("MotionBegin [{times}]")).diagnostics[0].message.contains("1 to 128 times"));
+    // Each patch has its own list of lights: together they are charged.
+    let lights = format!("LightSource \"ambientlight\" 1 {PATCH}\n").repeat(1000);
+    let options = ReadOptions { memory: 2 << 20, ..ReadOptions::default() };
+    let read2 = read_with(format!("WorldBegin {lights} WorldEnd").as_bytes(), options);
+    assert!(read2.diagnostics[0].message.contains("are used up"), "{:?}", read2.said());
 }

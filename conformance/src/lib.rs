@@ -1,5 +1,6 @@
 //! Scenes, comparisons, goldens and benches shared by the tests of all engines.
 
+pub mod bad_shaders;
 pub mod closed;
 pub mod cracks;
 pub mod goldens;

@@ -40,6 +40,11 @@ impl Room {
         Ok(())
     }
 
+    /// Bytes that are left.
+    pub fn left(&self) -> u64 {
+        self.limit.saturating_sub(self.held).saturating_sub(self.scratch)
+    }
+
     /// Makes room for at least one more element in `values`, doubling it.
     #[cold]
     pub fn grow<T>(&mut self, values: &mut Vec<T>) -> Result<(), Full> {

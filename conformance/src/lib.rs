@@ -4,4 +4,5 @@ pub mod closed;
 pub mod cracks;
 pub mod goldens;
 pub mod scenes;
+pub mod shapes;
 pub mod teapot;

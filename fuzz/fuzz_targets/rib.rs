@@ -12,10 +12,11 @@ use olema_formats::rib::{ReadOptions, RibReader};
 
 fuzz_target!(|data: &[u8]| {
     // An absolute path could name any file of this machine; archives are another test's business.
-    let options = ReadOptions { memory: 1 << 20, archive_depth: 8, ..ReadOptions::default() };
+    let options = ReadOptions { memory: 1 << 17, archive_depth: 8, ..ReadOptions::default() };
     let mut reader = RibReader::from_stream("fuzz", Box::new(Cursor::new(data.to_vec())), options);
     while let Ok(Some(frame)) = reader.next_frame() {
         frame.settings.validate().expect("settings that can be rendered");
+        frame.scene.validate().expect("a scene that can be rendered");
         for primitive in &frame.scene.primitives {
             assert!(primitive.to_world.first().inverse().is_finite());
         }

@@ -165,10 +165,7 @@ impl Decimal {
 }
 
 #[cold]
-fn slow<T: std::str::FromStr>(bytes: &[u8], len: usize) -> T
-where
-    T: From<u8>,
-{
+fn slow<T: std::str::FromStr + From<u8>>(bytes: &[u8], len: usize) -> T {
     // `scan` lets nothing through that the standard library refuses.
     let text = bytes.get(..len).and_then(|b| std::str::from_utf8(b).ok());
     text.and_then(|t| t.parse().ok()).unwrap_or_else(|| T::from(0))

@@ -7,7 +7,6 @@ use olema::shading::{ParamValue, ShaderParam};
 
 use super::args::{Args, ParamItem};
 use super::fault::Fault;
-
 use super::state::Sizes;
 
 /// Whether a parameter has as many values as it should; says so if not. Too many are cut off (`true`), too few

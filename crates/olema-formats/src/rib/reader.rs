@@ -192,10 +192,15 @@ impl Reader {
                     said: &mut self.interp.said,
                 },
             ),
-            _ => Ok(()),
+            _ => Ok(false),
         };
         let call = Call { statement, args: &args, site: &site, geometries: None };
-        let result = read.and_then(|()| self.run(call));
+        let result = read.and_then(|more| {
+            if more {
+                self.skip_to_statement()?;
+            }
+            self.run(call)
+        });
         self.args = args;
         result
     }

@@ -83,7 +83,7 @@ impl Reader {
     }
 
     /// Skips what is left of a statement in a file.
-    fn skip_to_statement(&mut self) -> Result<(), Fault> {
+    pub(super) fn skip_to_statement(&mut self) -> Result<(), Fault> {
         loop {
             let Some(Source::File(file)) = self.sources.last_mut() else { return Ok(()) };
             match file.lexer.peek() {

@@ -64,11 +64,14 @@ impl FileSource {
     }
 }
 
+/// A stream with its first bytes put back.
+type Whole = io::Chain<Cursor<Vec<u8>>, Box<dyn Read>>;
+
 /// A stream that is looked at when it is first read: gzip is recognised by its first two bytes.
 enum Unpacked {
     Unknown(Option<Box<dyn Read>>),
-    Plain(io::Chain<Cursor<Vec<u8>>, Box<dyn Read>>),
-    Gzip(Box<MultiGzDecoder<io::Chain<Cursor<Vec<u8>>, Box<dyn Read>>>>),
+    Plain(Whole),
+    Gzip(Box<MultiGzDecoder<Whole>>),
 }
 
 impl Read for Unpacked {

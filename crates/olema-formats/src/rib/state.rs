@@ -114,6 +114,8 @@ pub struct OptionState {
     pub displays: Vec<DisplayState>,
     /// `Quantize` by type.
     pub quantize: Vec<(String, Quantize)>,
+    /// `Hider "hidden" "jitter"`.
+    pub jitter: bool,
     /// `Option "limits" "gridsize"`.
     pub grid_size: Option<u32>,
     /// `Option "limits" "bucketsize"`.
@@ -147,6 +149,7 @@ impl Default for OptionState {
             relative_detail: 1.0,
             displays: Vec::new(),
             quantize: vec![("rgba".to_owned(), colour), ("z".to_owned(), depth)],
+            jitter: true,
             grid_size: None,
             bucket: None,
             eye_splits: None,
@@ -189,6 +192,8 @@ impl AttrState {
             color: [1.0; 3],
             opacity: [1.0; 3],
             surface,
+            displacement: None,
+            displacement_bound: 0.0,
             lights: Arc::from([]),
             shading_rate: 1.0,
             shading_interpolation: olema::scene::ShadingInterpolation::Constant,

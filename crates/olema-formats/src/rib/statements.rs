@@ -157,7 +157,7 @@ statements! {
     "GeometricApproximation" GeometricApproximation State Any [Text("type"), Num("value")] "Has no effect: dicing follows the shading rate.";
     "GeometricRepresentation" GeometricRepresentation State Any [Text("type")] "Has no effect.";
     "Geometry" Geometry NotYet World [Text("type"), Params] "";
-    "Hider" Hider State Options [Text("type"), Params] "\"hidden\" only; its parameters have no effect.";
+    "Hider" Hider State Options [Text("type"), Params] "\"hidden\" only, with \"jitter\"; other parameters have no effect.";
     "HierarchicalSubdivisionMesh" HierarchicalSubdivisionMesh NotYet World [Text("scheme"), Ints("vertices"), Ints("indices"), Tags { strings: true }, Params] "";
     "Hyperboloid" Hyperboloid NotYet World [Nums("point1 point2 thetamax", 7), Params] "";
     "Identity" Identity Drawn Any [] "";

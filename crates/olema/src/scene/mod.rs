@@ -5,8 +5,10 @@
 //! x right, y up, z into the picture) -> *raster* (pixels, y down).
 
 mod geometry;
+mod subdivision;
 
 pub use geometry::{Class, Geometry, PatchBasis, PatchKind, PatchMesh, Points, PrimVar, VarType, VarValues};
+pub use subdivision::{BoundaryRule, Crease, CreaseMethod, FaceVaryingRule, Scheme, SubdivisionMesh};
 
 use std::sync::Arc;
 

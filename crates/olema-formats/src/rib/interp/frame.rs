@@ -57,6 +57,7 @@ impl OptionState {
             filter: self.filter,
             exposure: self.exposure,
             background: self.background,
+            jitter: self.jitter,
             grid_size: self.grid_size.map_or(default.grid_size, |n| n.clamp(1, 4096)),
             eye_splits: self.eye_splits.map_or(default.eye_splits, |n| n.min(20)),
             bucket: self.bucket.map_or(default.bucket, |b| b.map(|n| n.max(1))),

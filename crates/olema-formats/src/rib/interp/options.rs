@@ -29,19 +29,7 @@ impl Interp {
             Id::Option => self.named_option(call),
             Id::Display => self.display(call),
             Id::Projection => self.projection(call)?,
-            Id::Hider => {
-                let name = args.text(0).unwrap_or_default();
-                if name != "hidden" {
-                    let message = format!("hider \"{name}\" is unknown: expected \"hidden\", which is used");
-                    self.say(Fault::warning(args.pos(0), message));
-                } else if let Some(param) = args.params.first() {
-                    let name = args.param_name(param);
-                    self.say(Fault::note(
-                        param.pos,
-                        format!("hider parameter \"{name}\" has no effect in Olema"),
-                    ));
-                }
-            }
+            Id::Hider => self.hider(call),
             _ => return self.frame_option(call),
         }
         Ok(true)
@@ -127,7 +115,7 @@ impl Interp {
             "perspective" => {
                 let fov =
                     args.find("fov").and_then(|p| args.param_floats(p).first()).copied().unwrap_or(90.0);
-                if !(fov >= 1e-3 && fov < 179.999) {
+                if !(1e-3..179.999).contains(&fov) {
                     return Err(Fault::error(
                         args.pos(0),
                         format!("fov is {fov}: expected above 0 and below 180; ignored"),
@@ -151,6 +139,24 @@ impl Interp {
         }
         self.ctm = Default::default();
         Ok(())
+    }
+
+    fn hider(&mut self, call: &Call<'_>) {
+        let args = call.args;
+        let name = args.text(0).unwrap_or_default();
+        if name != "hidden" {
+            let message = format!("hider \"{name}\" is unknown: expected \"hidden\", which is used");
+            return self.say(Fault::warning(args.pos(0), message));
+        }
+        for param in &args.params {
+            match (args.param_name(param), args.param_floats(param).first()) {
+                ("jitter", Some(value)) => Arc::make_mut(&mut self.options).jitter = *value != 0.0,
+                (name, _) => {
+                    let message = format!("hider parameter \"{name}\" has no effect in Olema");
+                    self.said.push(Fault::note(param.pos, message));
+                }
+            }
+        }
     }
 
     fn display(&mut self, call: &Call<'_>) {

@@ -34,7 +34,7 @@ impl Interp {
         let made = self.library.surface(call.args.text(0).unwrap_or_default(), &params);
         let shader = match made {
             Ok(made) => {
-                self.said.extend(made.warnings.into_iter().map(|w| Fault::warning(call.site.pos, w)));
+                self.note_params(call, &made.warnings);
                 made.shader
             }
             Err(why) => {
@@ -43,6 +43,14 @@ impl Interp {
             }
         };
         Arc::make_mut(&mut self.attrs).look.surface = shader;
+    }
+
+    /// A parameter that a shader does not have is no mistake of the file: other renderers' shaders of the same
+    /// name may have it.
+    fn note_params(&mut self, call: &Call<'_>, warnings: &[String]) {
+        if !warnings.is_empty() {
+            self.say(Fault::note(call.site.pos, warnings.join("; ")));
+        }
     }
 
     fn light(&mut self, call: &Call<'_>) {
@@ -55,7 +63,7 @@ impl Interp {
                 return self.say(Fault::warning(call.site.pos, why + "; the light is left out"));
             }
         };
-        self.said.extend(made.warnings.into_iter().map(|w| Fault::warning(call.site.pos, w)));
+        self.note_params(call, &made.warnings);
         let ix = u32::try_from(self.names.lights.len()).unwrap_or(u32::MAX);
         let (matrix, in_world) = (self.ctm.0.clone(), self.world.is_some());
         self.names.lights.push(LightState { shader: made.shader, matrix, in_world });

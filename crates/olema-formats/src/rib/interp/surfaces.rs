@@ -129,8 +129,8 @@ fn wrong_counts(mesh: &PatchMesh) -> String {
 /// The control points, from "P", "Pw" or "Pz".
 fn control_points(call: &Call<'_>, mesh: &PatchMesh, patches: [usize; 2]) -> Result<Points, Fault> {
     let args = call.args;
-    let positions = args.params.iter().filter(|p| matches!(args.param_name(p), "P" | "Pw" | "Pz"));
-    let Some(param) = positions.last() else {
+    let mut positions = args.params.iter().filter(|p| matches!(args.param_name(p), "P" | "Pw" | "Pz"));
+    let Some(param) = positions.next_back() else {
         return Err(Fault::error(call.site.pos, "expected control points: \"P\", \"Pw\" or \"Pz\""));
     };
     let name = args.param_name(param);

@@ -23,12 +23,12 @@ fn a_wrong_statement_is_told_with_its_line_and_skipped() {
         ("Patch \"bilinear\" \"P\"", 3, 1, "expected numbers (vertex point), found \"Patch\""),
         ("Surface \"matte\" \"string x\" 3", 2, 28, "expected a string"),
         ("Surface \"matte\" \"integer x\" [1.5]", 2, 30, "32-bit integer"),
-        ("Surface \"matte\" \"uniform x\" 3", 2, 17, "expected a type"),
+        ("Surface \"matte\" \"uniform x\" 3", 2, 17, "expected [class] type"),
         ("Surface 3", 2, 9, "expected \"shader\", found a number"),
         ("PointsPolygons [3.5] [] \"P\" []", 2, 17, "32-bit integer"),
         ("Declare \"x\" \"flaot\"", 2, 13, "expected [class] type"),
-        ("] 3 4", 2, 1, "expected a statement, found \"]\""),
-        ("@", 2, 1, "expected a statement, found \"@\""),
+        ("] 3 4", 2, 1, "expected the next statement (too many arguments?), found \"]\""),
+        ("@", 2, 1, "(too many arguments?), found \"@\""),
         ("Patch \"bilinear\" \"P\" [0 0 0 1 0 0 0 1 0 1 1 0", 3, 1, "expected numbers or \"]\""),
     ] {
         let read = read(&format!("WorldBegin\n{text}\n{PATCH} WorldEnd"));

@@ -27,7 +27,7 @@ fn options_become_settings_and_the_camera() {
         PixelSamples 3 5 PixelFilter "mitchell" 4 3.5 Exposure 2 2.2
         Imager "background" "color" [0.1 0.2 0.3]
         Option "limits" "gridsize" [128] "bucketsize" [32 16] "eyesplits" 6
-        Hider "hidden" PixelVariance 0.1 RelativeDetail 1 ErrorHandler "print"
+        Hider "hidden" "jitter" 0 PixelVariance 0.1 RelativeDetail 1 ErrorHandler "print"
         GeometricApproximation "flatness" 0.5 GeometricRepresentation "smooth"
         WorldBegin WorldEnd"#,
     );
@@ -35,7 +35,7 @@ fn options_become_settings_and_the_camera() {
     assert_eq!((s.resolution, s.samples), ([320, 200], [3, 5]));
     assert_eq!((s.filter.kind, s.filter.width), (FilterKind::Mitchell, [4.0, 3.5]));
     assert_eq!((s.exposure, s.background), ([2.0, 2.2], Some([0.1, 0.2, 0.3])));
-    assert_eq!((s.grid_size, s.bucket, s.eye_splits), (128, [32, 16], 6));
+    assert_eq!((s.grid_size, s.bucket, s.eye_splits, s.jitter), (128, [32, 16], 6, false));
     assert_eq!(c.projection, Projection::Perspective { fov: 45.0 });
     assert_eq!((c.screen_window, c.pixel_aspect), (Some([-2.0, 2.0, -1.0, 1.0]), 1.5));
     assert_eq!((c.clipping, c.shutter), ([0.5, f32::INFINITY], [0.0, 0.5]));

@@ -26,6 +26,7 @@ fn survives(bytes: &[u8]) -> Read {
     }
     for frame in &read.frames {
         frame.settings.validate().expect("settings that can be rendered");
+        frame.scene.validate().expect("a scene that can be rendered");
     }
     read
 }

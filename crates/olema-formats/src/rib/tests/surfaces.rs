@@ -116,8 +116,10 @@ fn a_shader_that_is_unknown_gives_way_to_the_default_one() {
 
 #[test]
 fn undeclared_parameters_are_guessed_with_a_warning() {
-    let read = read("WorldBegin Surface \"matte\"\n \"glow\" [1 2] WorldEnd");
-    read.says(Severity::Warning, 2, 2, "\"glow\" is not declared");
+    let read = read("WorldBegin Displacement \"dents\"\n \"glow\" [1 2] WorldEnd");
+    let said = read.said();
+    assert_eq!((said[0].0, said[0].1, said[0].2), (Severity::Warning, 2, 2));
+    assert!(said[0].3.contains("\"glow\" is not declared: taken as \"uniform float\""), "{said:?}");
 }
 
 #[test]

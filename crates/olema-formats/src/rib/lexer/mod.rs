@@ -5,10 +5,13 @@
 //! which are copied or skipped piece by piece. Arrays of numbers go straight from the window into a vector: that
 //! loop is where nearly all of a large file is read.
 
+mod numbers;
+mod text;
+
 use std::io::Read;
 
 use super::fault::{Fault, Pos};
-use super::number::{self, MAX_LEN};
+use super::number::MAX_LEN;
 use super::room::{Full, Room};
 
 /// Bytes of the window.
@@ -227,145 +230,6 @@ impl Lexer {
         }
     }
 
-    fn bad_number(&mut self) -> Fault {
-        let pos = self.here();
-        let rest = &self.window[self.pos..self.end.min(self.pos + 40)];
-        let ends = |b: &u8| b.is_ascii_whitespace() || b"[]\"".contains(b);
-        let len = rest.iter().position(ends).unwrap_or(rest.len());
-        let text = String::from_utf8_lossy(&rest[..len]).into_owned();
-        self.pos += len.max(1);
-        Fault::error(pos, format!("\"{text}\" is not a finite number"))
-    }
-
-    /// Takes a number as a double.
-    pub fn number(&mut self) -> Result<f64, Fault> {
-        self.look_ahead();
-        let bytes = &self.window[self.pos..self.end];
-        let found = number::scan(bytes).filter(|d| d.len <= MAX_LEN);
-        match found.map(|d| (d.to_f64(bytes), d.len)) {
-            Some((value, len)) if value.abs() <= f64::from(f32::MAX) => {
-                self.pos += len;
-                Ok(value)
-            }
-            _ => Err(self.bad_number()),
-        }
-    }
-
-    /// Takes a number that must be whole.
-    pub fn integer(&mut self) -> Result<i32, Fault> {
-        self.look_ahead();
-        let bytes = &self.window[self.pos..self.end];
-        let Some(decimal) = number::scan(bytes).filter(|d| d.len <= MAX_LEN) else {
-            return Err(self.bad_number());
-        };
-        let Some(value) = decimal.to_i32(bytes) else {
-            let text = String::from_utf8_lossy(&bytes[..decimal.len.min(40)]).into_owned();
-            return Err(Fault::error(self.here(), format!("expected a 32-bit integer, found {text}")));
-        };
-        self.pos += decimal.len;
-        Ok(value)
-    }
-
-    /// Takes a lone "-", which stands for "none" in `DepthOfField -`.
-    pub fn dash(&mut self) -> bool {
-        let rest = &self.window[self.pos..self.end];
-        let found = rest.first() == Some(&b'-') && rest.get(1).is_none_or(u8::is_ascii_whitespace);
-        self.pos += usize::from(found);
-        found
-    }
-
-    /// Takes numbers up to the closing bracket, which is taken too; the opening one is taken already.
-    pub fn floats(&mut self, out: &mut Vec<f32>, room: &mut Room) -> Result<(), Fault> {
-        loop {
-            self.run_of_floats(out, room)?;
-            match self.peek() {
-                Token::Close => {
-                    self.bump();
-                    return Ok(());
-                }
-                Token::Number => {
-                    let value = self.float()?;
-                    self.push(out, value, room)?;
-                }
-                other => return Err(self.not_in_array(other, "numbers")),
-            }
-        }
-    }
-
-    /// The loop over numbers and spaces that lie whole in the window.
-    #[inline]
-    fn run_of_floats(&mut self, out: &mut Vec<f32>, room: &mut Room) -> Result<(), Fault> {
-        self.look_ahead();
-        let limit = if self.eof { self.end } else { self.end.saturating_sub(MAX_LEN) };
-        let bytes = &self.window[..self.end];
-        let (mut pos, mut line, mut line_start) = (self.pos, self.line, self.line_start);
-        let mut full = None;
-        while pos < limit {
-            let byte = bytes[pos];
-            if byte <= b' ' {
-                pos += 1;
-                match byte {
-                    b' ' | b'\t' | b'\r' => continue,
-                    b'\n' => {
-                        line = line.saturating_add(1);
-                        line_start = self.base + pos as u64;
-                        continue;
-                    }
-                    _ => {
-                        pos -= 1;
-                        break;
-                    }
-                }
-            }
-            let Some(decimal) = number::scan(&bytes[pos..]).filter(|d| d.len <= MAX_LEN) else { break };
-            let value = decimal.to_f32(&bytes[pos..]);
-            if !value.is_finite() {
-                break;
-            }
-            if out.len() == out.capacity()
-                && let Err(e) = room.grow(out)
-            {
-                full = Some(e);
-                break;
-            }
-            out.push(value);
-            pos += decimal.len;
-        }
-        (self.pos, self.line, self.line_start) = (pos, line, line_start);
-        full.map_or(Ok(()), |e| Err(self.no_room(e)))
-    }
-
-    /// Takes a number as a float.
-    pub fn float(&mut self) -> Result<f32, Fault> {
-        self.look_ahead();
-        let bytes = &self.window[self.pos..self.end];
-        let found = number::scan(bytes).filter(|d| d.len <= MAX_LEN);
-        match found.map(|d| (d.to_f32(bytes), d.len)) {
-            Some((value, len)) if value.is_finite() => {
-                self.pos += len;
-                Ok(value)
-            }
-            _ => Err(self.bad_number()),
-        }
-    }
-
-    /// Takes integers up to the closing bracket, which is taken too.
-    pub fn integers(&mut self, out: &mut Vec<i32>, room: &mut Room) -> Result<(), Fault> {
-        loop {
-            match self.peek() {
-                Token::Close => {
-                    self.bump();
-                    return Ok(());
-                }
-                Token::Number => {
-                    let value = self.integer()?;
-                    self.push(out, value, room)?;
-                }
-                other => return Err(self.not_in_array(other, "integers")),
-            }
-        }
-    }
-
     /// Appends to a vector that is charged to `room`.
     #[inline]
     pub fn push<T>(&self, out: &mut Vec<T>, value: T, room: &mut Room) -> Result<(), Fault> {
@@ -400,79 +264,6 @@ impl Lexer {
         let len = rest.iter().position(|b| !b.is_ascii_alphanumeric()).unwrap_or(rest.len());
         let word = String::from_utf8_lossy(&rest[..len]).into_owned();
         if not_a_number(&word) { format!("\"{word}\" (not a finite number)") } else { format!("\"{word}\"") }
-    }
-
-    /// Takes a string and appends it to `into`. `Ok(false)` where it is not UTF-8 and was patched.
-    pub fn text(&mut self, into: &mut String, room: &mut Room) -> Result<bool, Fault> {
-        let start = self.here();
-        let mut text = std::mem::take(&mut self.text);
-        text.clear();
-        self.bump();
-        let read = self.text_bytes(&mut text, start, room);
-        let read = read.and_then(|()| room.use_scratch(text.len() as u64).map_err(|e| self.no_room(e)));
-        let valid = read.map(|()| {
-            let piece = String::from_utf8_lossy(&text);
-            into.push_str(&piece);
-            matches!(piece, std::borrow::Cow::Borrowed(_))
-        });
-        if text.capacity() <= WINDOW {
-            self.text = text;
-        }
-        valid
-    }
-
-    fn text_bytes(&mut self, text: &mut Vec<u8>, start: Pos, room: &mut Room) -> Result<(), Fault> {
-        loop {
-            self.look_ahead();
-            let Some(&byte) = self.window[..self.end].get(self.pos) else {
-                return Err(Fault::fatal(
-                    start,
-                    "the file ends inside this string: expected a closing quote",
-                ));
-            };
-            self.pos += 1;
-            match byte {
-                b'"' => return Ok(()),
-                b'\\' => {
-                    if let Some(escaped) = self.escape() {
-                        self.push(text, escaped, room)?;
-                    }
-                }
-                _ => {
-                    if byte == b'\n' {
-                        self.new_line(self.pos);
-                    }
-                    self.push(text, byte, room)?;
-                }
-            }
-        }
-    }
-
-    /// The byte that stands after a backslash; `None` for an escaped line end.
-    fn escape(&mut self) -> Option<u8> {
-        let byte = *self.window[..self.end].get(self.pos)?;
-        self.pos += 1;
-        match byte {
-            b'n' => Some(b'\n'),
-            b'r' => Some(b'\r'),
-            b't' => Some(b'\t'),
-            b'b' => Some(0x08),
-            b'f' => Some(0x0c),
-            b'\n' => {
-                self.new_line(self.pos);
-                None
-            }
-            b'0'..=b'7' => {
-                let mut value = u32::from(byte - b'0');
-                for _ in 0..2 {
-                    let Some(digit @ b'0'..=b'7') = self.window[..self.end].get(self.pos) else { break };
-                    value = value * 8 + u32::from(digit - b'0');
-                    self.pos += 1;
-                }
-                Some((value & 0xff) as u8)
-            }
-            other => Some(other),
-        }
     }
 }
 

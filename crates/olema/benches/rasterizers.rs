@@ -2,6 +2,8 @@
 //!
 //! Prints sample tests, hits and STE of each case besides its time. Simple has K = 1, the others K = 2 (N = 64).
 
+#![allow(missing_docs)] // criterion_group! makes a public function without them.
+
 use std::hint::black_box;
 use std::time::Duration;
 

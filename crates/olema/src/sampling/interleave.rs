@@ -47,7 +47,7 @@ fn test_tiles(
     }
     for ty in py_first.div_euclid(k)..=py_last.div_euclid(k) {
         for tx in px_first.div_euclid(k)..=px_last.div_euclid(k) {
-            let pixel = pattern.pixel_of_rank(pattern.set_of_tile(tx, ty), stratum, rank) as i32;
+            let pixel = pattern.pixel_of_rank(samples.set_of_tile(tx, ty), stratum, rank) as i32;
             let (px, py) = (tx * k + pixel % k, ty * k + pixel / k);
             if !samples.region.contains(px, py) {
                 continue;

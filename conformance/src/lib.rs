@@ -3,5 +3,6 @@
 pub mod closed;
 pub mod cracks;
 pub mod goldens;
+pub mod occlusion_scenes;
 pub mod scenes;
 pub mod teapot;

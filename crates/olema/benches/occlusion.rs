@@ -27,12 +27,22 @@ impl Tile {
         Tile { pattern, samples, buffer }
     }
 
+    /// Samples of a box.
+    fn grid(&self, [x0, x1, y0, y1]: [i32; 4]) -> Vec<usize> {
+        let inside = |&ix: &usize| {
+            let [x, y] = self.samples.position(ix).map(|c| c >> 8);
+            (x0..=x1).contains(&x) && (y0..=y1).contains(&y)
+        };
+        (0..self.samples.len()).filter(inside).collect()
+    }
+
     fn occluders(&self, kind: CullKind, leaf_px: u32, slices: u32) -> Occluders {
         let settings = CullSettings { kind, leaf_px, slices, ..CullSettings::default() };
         let plan = CullPlan::new(settings, &self.pattern, false).expect("it culls");
         let mut occluders = Occluders::new(&plan);
         occluders.renew(&self.samples);
-        occluders.update(&self.samples, &self.buffer, [0, 63, 0, 63]);
+        occluders.drew([0, 63, 0, 63]);
+        occluders.update(&self.samples, &mut self.buffer.clone());
         occluders
     }
 }
@@ -53,34 +63,36 @@ const KINDS: [(&str, CullKind, u32, u32); 6] = [
 /// Updates for a box of 18 x 18 pixels, as a grid of 16 x 16 micropolygons draws it.
 fn updates(c: &mut Criterion) {
     let mut group = c.benchmark_group("update");
-    let mut tile = Tile::new();
     let grid = [21, 38, 9, 26];
     for (name, kind, leaf_px, slices) in KINDS {
+        let mut tile = Tile::new();
         let mut occluders = tile.occluders(kind, leaf_px, slices);
-        group.bench_function(format!("nothing changed/{name}"), |b| {
-            b.iter(|| occluders.update(&tile.samples, &tile.buffer, black_box(grid)));
-        });
-    }
-    for (name, kind, leaf_px, slices) in KINDS {
-        let mut occluders = tile.occluders(kind, leaf_px, slices);
-        // Two buffers in turn, so that every leaf of the box changes each time.
-        let mut nearer = tile.buffer.clone();
-        for ix in 0..tile.samples.len() {
-            let [x, y] = tile.samples.position(ix).map(|c| c >> 8);
-            if (grid[0]..=grid[1]).contains(&x) && (grid[2]..=grid[3]).contains(&y) {
-                offer(&mut nearer, ix, 50.0);
-            }
-        }
-        group.bench_function(format!("all changed/{name}"), |b| {
+        tile.buffer.clear_written();
+        group.bench_function(format!("no sample was hit/{name}"), |b| {
             b.iter(|| {
-                occluders.update(&tile.samples, &nearer, black_box(grid));
-                std::mem::swap(&mut nearer, &mut tile.buffer);
+                occluders.drew(black_box(grid));
+                occluders.update(&tile.samples, &mut tile.buffer);
             });
         });
-        tile = Tile::new();
-    }
-    for (name, kind, leaf_px, slices) in KINDS {
-        let mut occluders = tile.occluders(kind, leaf_px, slices);
+        // One depth after the other, so that every leaf of the box changes each time.
+        let mut depth = 50.0;
+        let (draw, mut pair) = (tile.grid(grid), [tile.buffer.clone(), tile.buffer.clone()]);
+        group.bench_function(format!("all samples were hit/{name}"), |b| {
+            b.iter_batched_ref(
+                || {
+                    pair.swap(0, 1);
+                    depth = 101.0 - depth;
+                    pair[0].renew(tile.samples.region);
+                    draw.iter().for_each(|&ix| offer(&mut pair[0], ix, depth));
+                    pair[0].clone()
+                },
+                |buffer| {
+                    occluders.drew(black_box(grid));
+                    occluders.update(&tile.samples, buffer);
+                },
+                criterion::BatchSize::SmallInput,
+            );
+        });
         group.bench_function(format!("renew/{name}"), |b| {
             b.iter(|| occluders.renew(black_box(&tile.samples)));
         });
@@ -98,7 +110,7 @@ fn bounds(motion: i32, near: f32) -> impl Fn(&StratumBounds) -> Bounds {
 
 fn queries(c: &mut Criterion) {
     let mut group = c.benchmark_group("query");
-    let tile = Tile::new();
+    let mut tile = Tile::new();
     let cases = [
         ("still, hidden", 0, 200.0),
         ("still, in front", 0, 50.0),
@@ -112,7 +124,11 @@ fn queries(c: &mut Criterion) {
         for (case, motion, near) in cases {
             let bounds_over = bounds(motion, near);
             group.bench_function(format!("{case}/{name}"), |b| {
-                b.iter(|| occluders.is_occluded(black_box(&bounds_over), &mut DepthReads::default()));
+                let mut reads = DepthReads::default();
+                b.iter(|| {
+                    let bounds_over = black_box(&bounds_over);
+                    occluders.is_occluded(&tile.samples, &mut tile.buffer, bounds_over, &mut reads)
+                });
             });
         }
     }

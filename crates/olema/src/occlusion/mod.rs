@@ -18,9 +18,9 @@
 //! thread: occluders = Occluders::new(&plan)
 //! tile:   occluders.renew(&samples)
 //!         for each piece, nearest first:
-//!             occluders.is_occluded(|range| bounds of the piece over range, &mut reads)  -> drop it
-//!             (draw its grid)
-//!             occluders.update(&samples, &nearest, raster box of the grid in pixels)
+//!             occluders.is_occluded(&samples, &mut nearest, |range| bounds of the piece, &mut reads) -> drop
+//!             (draw its grid into nearest)
+//!             occluders.drew(raster box of the grid in pixels)
 //! ```
 
 pub mod occluders;

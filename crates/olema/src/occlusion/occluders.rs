@@ -48,11 +48,16 @@ impl CullPlan {
     }
 }
 
-/// One or two pyramids over the same samples.
+/// One or two pyramids over the same samples, brought up to date when a query needs it.
 #[derive(Debug, Clone)]
 pub struct Occluders {
     pyramids: Vec<TzPyramid>,
+    /// Holds every pixel that was drawn to since the last update; empty where the first is beyond the last.
+    drawn: [i32; 4],
 }
+
+/// Holds no pixel.
+const NO_PIXELS: [i32; 4] = [i32::MAX, i32::MIN, i32::MAX, i32::MIN];
 
 impl Occluders {
     /// Pyramids over no samples yet.
@@ -61,17 +66,29 @@ impl Occluders {
         let leaf_px = plan.settings.leaf_px;
         let pyramids =
             plan.slices.iter().map(|slices| TzPyramid::new(Arc::clone(slices), kind, leaf_px)).collect();
-        Occluders { pyramids }
+        Occluders { pyramids, drawn: NO_PIXELS }
     }
 
-    /// See [`TzPyramid::renew`].
+    /// Begins anew for a region's samples, none of which was hit.
     pub fn renew(&mut self, samples: &RegionSamples) {
+        self.drawn = NO_PIXELS;
         self.pyramids.iter_mut().for_each(|pyramid| pyramid.renew(samples));
     }
 
-    /// See [`TzPyramid::update`].
-    pub fn update(&mut self, samples: &RegionSamples, buffer: &SampleBuffer, pixels: [i32; 4]) {
-        self.pyramids.iter_mut().for_each(|pyramid| pyramid.update(samples, buffer, pixels));
+    /// Something was drawn within `pixels`, `[x0, x1, y0, y1]`, inclusive.
+    pub fn drew(&mut self, pixels: [i32; 4]) {
+        let [x0, x1, y0, y1] = self.drawn;
+        self.drawn = [x0.min(pixels[0]), x1.max(pixels[1]), y0.min(pixels[2]), y1.max(pixels[3])];
+    }
+
+    /// Brings the pyramids up to date, and clears the buffer's marks.
+    pub fn update(&mut self, samples: &RegionSamples, buffer: &mut SampleBuffer) {
+        if self.drawn[0] > self.drawn[1] || self.drawn[2] > self.drawn[3] {
+            return;
+        }
+        self.pyramids.iter_mut().for_each(|pyramid| pyramid.update(samples, buffer, self.drawn));
+        buffer.clear_written();
+        self.drawn = NO_PIXELS;
     }
 
     /// Number of pyramids, 1 or 2.
@@ -84,24 +101,33 @@ impl Occluders {
         self.pyramids.iter().map(TzPyramid::bytes).sum()
     }
 
-    /// See [`TzPyramid::is_occluded`]. Of two pyramids that one is asked in which the thing covers fewer leaves
+    /// Whether the thing that `bounds_over` bounds is hidden, as [`TzPyramid::is_occluded`] says.
+    ///
+    /// First a sample is looked for that sees it: where nothing is hidden that answers nearly every query, and
+    /// the pyramids need no update. Of two pyramids that one is asked in which the thing covers fewer leaves
     /// over a quarter of the slices (the first where it covers as many): there a walk gets along with coarser
     /// ranges. A quarter and not a slice, as slices of one tuple are equally small in both.
     pub fn is_occluded(
         &mut self,
+        samples: &RegionSamples,
+        buffer: &mut SampleBuffer,
         mut bounds_over: impl FnMut(&StratumBounds) -> Bounds,
         reads: &mut DepthReads,
     ) -> bool {
         let pick = match &self.pyramids[..] {
             [time, lens] => {
-                usize::from(lens.quarter_leaves(&mut bounds_over) < time.quarter_leaves(&mut bounds_over))
+                let least = time.quarter_leaves(&mut bounds_over);
+                usize::from(lens.quarter_leaves(&mut bounds_over) < least)
             }
             _ => 0,
         };
-        match self.pyramids.get_mut(pick) {
-            Some(pyramid) => pyramid.is_occluded(bounds_over, reads),
-            None => false,
+        let is_seen =
+            |pyramid: &TzPyramid| pyramid.is_seen_in_the_middle(samples, buffer, &mut bounds_over, reads);
+        if self.pyramids.get(pick).is_none_or(is_seen) {
+            return false;
         }
+        self.update(samples, buffer);
+        self.pyramids[pick].is_occluded(bounds_over, reads)
     }
 }
 

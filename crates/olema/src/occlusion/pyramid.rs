@@ -101,6 +101,54 @@ impl NodeRect {
     }
 }
 
+/// What leaves are computed from.
+#[derive(Debug, Clone, Copy)]
+enum Source<'a> {
+    /// No sample was hit.
+    Unhit,
+    /// Every record.
+    All(&'a SampleBuffer),
+    /// The records of leaves that hold a mark; the others have not changed.
+    Written(&'a SampleBuffer),
+}
+
+impl<'a> Source<'a> {
+    fn buffer(self) -> Option<&'a SampleBuffer> {
+        match self {
+            Source::Unhit => None,
+            Source::All(buffer) | Source::Written(buffer) => Some(buffer),
+        }
+    }
+
+    #[inline(always)]
+    fn is_written(self, rows: &LeafRows) -> bool {
+        let Source::Written(buffer) = self else { return true };
+        rows.ranges().any(|row| {
+            let blocks = row.start / SampleBuffer::BLOCK..=(row.end - 1) / SampleBuffer::BLOCK;
+            buffer.written()[blocks].contains(&true)
+        })
+    }
+}
+
+/// Samples of a leaf: `num` ranges of `len`, `step` apart.
+#[derive(Debug, Clone, Copy)]
+struct LeafRows {
+    first: usize,
+    len: usize,
+    step: usize,
+    num: usize,
+}
+
+impl LeafRows {
+    #[inline(always)]
+    fn ranges(self) -> impl Iterator<Item = std::ops::Range<usize>> {
+        (0..self.num).map(move |row| {
+            let start = self.first + row * self.step;
+            start..start + self.len
+        })
+    }
+}
+
 impl TzPyramid {
     /// A pyramid with spatial leaves of `leaf_px` (a power of two), over no samples yet.
     pub fn new(slices: Arc<Slices>, kind: NodeKind, leaf_px: u32) -> Self {
@@ -171,7 +219,7 @@ impl TzPyramid {
         let is_cut = |c: i32| c.rem_euclid(self.leaf_px) != 0;
         let cut = [is_cut(x0), is_cut(x1), is_cut(y0), is_cut(y1)];
         if !(tile_divides && every_slice_has_a_tuple) {
-            self.refresh(samples, None, [x0, x1 - 1, y0, y1 - 1]);
+            self.refresh(samples, Source::Unhit, [x0, x1 - 1, y0, y1 - 1]);
             return;
         }
         let borders = [
@@ -182,21 +230,29 @@ impl TzPyramid {
         ];
         for (border, is_cut) in borders.into_iter().zip(cut) {
             if is_cut {
-                self.refresh(samples, None, border);
+                self.refresh(samples, Source::Unhit, border);
             }
         }
     }
 
-    /// Takes in what was drawn since: the records of all pixels in `pixels`, `[x0, x1, y0, y1]`, inclusive,
-    /// which may reach beyond the region.
+    /// Takes in what was drawn since the buffer's marks were cleared: leaves of `pixels`, `[x0, x1, y0, y1]`,
+    /// inclusive, that hold a mark. The box may reach beyond the region. A large box costs little where few
+    /// samples in it were hit, as those of fast things are.
     ///
     /// `samples` must be those of [`Self::renew`], `buffer` of the same region.
     pub fn update(&mut self, samples: &RegionSamples, buffer: &SampleBuffer, pixels: [i32; 4]) {
         debug_assert_eq!(buffer.region(), self.region);
-        self.refresh(samples, Some(buffer), pixels);
+        self.refresh(samples, Source::Written(buffer), pixels);
     }
 
-    fn refresh(&mut self, samples: &RegionSamples, buffer: Option<&SampleBuffer>, pixels: [i32; 4]) {
+    /// Takes in all records, marked or not.
+    pub fn rebuild(&mut self, samples: &RegionSamples, buffer: &SampleBuffer) {
+        debug_assert_eq!(buffer.region(), self.region);
+        let Region { x0, x1, y0, y1 } = self.region;
+        self.refresh(samples, Source::All(buffer), [x0, x1 - 1, y0, y1 - 1]);
+    }
+
+    fn refresh(&mut self, samples: &RegionSamples, source: Source, pixels: [i32; 4]) {
         debug_assert_eq!(samples.region, self.region);
         let mut rect = self.leaves_of(pixels);
         if rect.is_empty() {
@@ -208,8 +264,12 @@ impl TzPyramid {
         changed.clear();
         node.resize(stride, 0.0);
         for [x, y] in rect.nodes() {
-            self.compute_leaf([x, y], samples, buffer, &mut node);
-            changed.push(self.levels[0].replace(x, y, &node));
+            let rows = self.samples_of_leaf(x, y, samples.samples_per_pixel());
+            let is_written = source.is_written(&rows);
+            if is_written {
+                self.compute_leaf(&rows, samples, source.buffer(), &mut node);
+            }
+            changed.push(is_written && self.levels[0].replace(x, y, &node));
         }
         for level in 1..self.levels.len() {
             if !changed.contains(&true) {
@@ -229,30 +289,39 @@ impl TzPyramid {
         self.changed = [changed, above];
     }
 
+    /// Samples of a leaf, cut to the region.
+    #[inline(always)]
+    fn samples_of_leaf(&self, x: u32, y: u32, samples_per_pixel: usize) -> LeafRows {
+        let [px, py] = [x, y].map(|n| n as i32 * self.leaf_px);
+        let [px, py] = [px + self.origin[0], py + self.origin[1]];
+        let [px0, px1] = [px.max(self.region.x0), (px + self.leaf_px).min(self.region.x1)];
+        let [py0, py1] = [py.max(self.region.y0), (py + self.leaf_px).min(self.region.y1)];
+        LeafRows {
+            first: self.region.pixel_ix(px0, py0) * samples_per_pixel,
+            len: (px1 - px0) as usize * samples_per_pixel,
+            step: self.region.width() * samples_per_pixel,
+            num: (py1 - py0) as usize,
+        }
+    }
+
     /// Scans the samples of a leaf; without a buffer, none was hit.
     fn compute_leaf(
         &self,
-        [x, y]: [u32; 2],
+        rows: &LeafRows,
         samples: &RegionSamples,
         buffer: Option<&SampleBuffer>,
         node: &mut [f32],
     ) {
-        let num_slices = self.slices.num();
-        let first = if self.kind == NodeKind::Tree { num_slices } else { 0 };
-        node.fill(f32::NEG_INFINITY);
-        let slots = &mut node[first..first + num_slices];
+        // A place for every value of a byte needs no check of bounds.
+        let mut slots = [f32::NEG_INFINITY; 256];
         let mut nearest = f32::INFINITY;
         let of_tuple = self.slices.of_tuple();
-        let px = self.origin[0] + x as i32 * self.leaf_px;
-        let py = self.origin[1] + y as i32 * self.leaf_px;
-        let [px0, px1] = [px.max(self.region.x0), (px + self.leaf_px).min(self.region.x1)];
-        let m = samples.samples_per_pixel();
-        for py in py.max(self.region.y0)..(py + self.leaf_px).min(self.region.y1) {
-            let start = self.region.pixel_ix(px0, py) * m;
-            let row = start..start + (px1 - px0) as usize * m;
+        for row in rows.ranges() {
             let tuples = &samples.tuples[row.clone()];
             let Some(buffer) = buffer else {
-                tuples.iter().for_each(|&tuple| slots[usize::from(of_tuple[tuple as usize])] = f32::INFINITY);
+                for &tuple in tuples {
+                    slots[usize::from(of_tuple[tuple as usize])] = f32::INFINITY;
+                }
                 continue;
             };
             for (&tuple, record) in tuples.iter().zip(&buffer.records()[row]) {
@@ -261,10 +330,18 @@ impl TzPyramid {
                 nearest = if record.depth < nearest { record.depth } else { nearest };
             }
         }
+        let num_slices = self.slices.num();
+        let first = node.len() - num_slices;
+        node[first..].copy_from_slice(&slots[..num_slices]);
         if self.kind == NodeKind::Tree {
             node[0] = -nearest;
-            for parent in (1..num_slices).rev() {
-                node[parent] = farther(node[2 * parent], node[2 * parent + 1]);
+            let mut parents = num_slices / 2;
+            while parents > 0 {
+                let (above, below) = node.split_at_mut(2 * parents);
+                for (parent, pair) in above[parents..].iter_mut().zip(below.chunks_exact(2)) {
+                    *parent = farther(pair[0], pair[1]);
+                }
+                parents /= 2;
             }
         }
     }

@@ -18,6 +18,7 @@
 use serde::Serialize;
 
 use crate::sampling::pattern::StratumBounds;
+use crate::sampling::{RegionSamples, SampleBuffer};
 
 use super::pyramid::{NodeKind, NodeRect, TzPyramid};
 
@@ -42,12 +43,14 @@ pub struct DepthReads {
     pub leaf: u64,
     /// Nearest depths.
     pub nearest: u64,
+    /// Records of samples.
+    pub samples: u64,
 }
 
 impl DepthReads {
     /// All of them.
     pub fn total(&self) -> u64 {
-        self.inner + self.leaf + self.nearest
+        self.inner + self.leaf + self.nearest + self.samples
     }
 }
 
@@ -56,8 +59,12 @@ impl std::ops::AddAssign for DepthReads {
         self.inner += other.inner;
         self.leaf += other.leaf;
         self.nearest += other.nearest;
+        self.samples += other.samples;
     }
 }
+
+/// Most samples that are looked at before a walk.
+const MOST_WITNESSES: u32 = 4;
 
 /// Bounds that a query has asked for, so that it asks once.
 #[derive(Debug, Clone)]
@@ -104,6 +111,54 @@ impl TzPyramid {
         *reads += walk.reads;
         self.known = walk.known;
         occluded
+    }
+}
+
+impl TzPyramid {
+    /// Whether a sample can be found at once that sees the thing, so that [`Self::is_occluded`] would say no.
+    ///
+    /// Looks at the samples of the middle slice in the middle of the thing's box, in the buffer itself: the
+    /// pyramid need not be up to date. `false` says nothing.
+    pub fn is_seen_in_the_middle(
+        &self,
+        samples: &RegionSamples,
+        buffer: &SampleBuffer,
+        bounds_over: &mut impl FnMut(&StratumBounds) -> Bounds,
+        reads: &mut DepthReads,
+    ) -> bool {
+        let slice = self.slices.num() / 2;
+        let Some(span) = self.slices.span(self.slices.num() + slice) else { return false };
+        let Bounds { pixels: [x0, x1, y0, y1], near, .. } = bounds_over(span);
+        let region = samples.region;
+        let [x0, x1] = [x0.max(region.x0), x1.min(region.x1 - 1)];
+        let [y0, y1] = [y0.max(region.y0), y1.min(region.y1 - 1)];
+        if x0 > x1 || y0 > y1 || near.is_nan() {
+            return false;
+        }
+        // Two by two pixels hold each tuple of the usual pattern once.
+        let middle = |c0: i32, c1: i32| (c0 + (c1 - c0) / 2).div_euclid(2) * 2;
+        let (x, y) = (middle(x0, x1), middle(y0, y1));
+        let m = samples.samples_per_pixel();
+        let mut looked_at = 0;
+        for py in y.max(y0)..=(y + 1).min(y1) {
+            for px in x.max(x0)..=(x + 1).min(x1) {
+                let first = region.pixel_ix(px, py) * m;
+                let tuples = samples.tuples[first..first + m].iter();
+                for (record, &tuple) in buffer.records()[first..first + m].iter().zip(tuples) {
+                    if usize::from(self.slices.of_tuple()[tuple as usize]) == slice {
+                        reads.samples += 1;
+                        looked_at += 1;
+                        if record.depth >= near {
+                            return true;
+                        }
+                        if looked_at == MOST_WITNESSES {
+                            return false;
+                        }
+                    }
+                }
+            }
+        }
+        false
     }
 }
 

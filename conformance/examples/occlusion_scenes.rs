@@ -4,7 +4,7 @@ use conformance::occlusion_scenes::{army, city, measure, sticks};
 
 fn main() -> Result<(), olema::Error> {
     for (name, scene) in [("army", army(350.0)), ("sticks", sticks(40.0)), ("city", city(10.0))] {
-        println!("{name}: {:?}", measure(&scene, [480, 270])?);
+        println!("{name}: {:?}", measure(&scene, [240, 135])?);
     }
     Ok(())
 }

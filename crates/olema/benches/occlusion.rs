@@ -1,6 +1,8 @@
 //! What the tz-pyramid costs: an update for a grid's raster box, and queries of still and moving boxes, on a
 //! tile of 64 x 64 pixels with 16 samples each.
 
+#![allow(missing_docs)] // `criterion_group!` makes a public function without any.
+
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};

@@ -23,6 +23,7 @@
 //!             occluders.drew(raster box of the grid in pixels)
 //! ```
 
+mod leaf;
 pub mod occluders;
 pub mod pyramid;
 pub mod query;

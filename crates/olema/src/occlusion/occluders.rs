@@ -81,7 +81,8 @@ impl Occluders {
         self.drawn = [x0.min(pixels[0]), x1.max(pixels[1]), y0.min(pixels[2]), y1.max(pixels[3])];
     }
 
-    /// Brings the pyramids up to date, and clears the buffer's marks.
+    /// Brings the pyramids up to date, and clears the buffer's marks. What was written outside the boxes given to
+    /// [`Self::drew`] stays unknown, which is safe.
     pub fn update(&mut self, samples: &RegionSamples, buffer: &mut SampleBuffer) {
         if self.drawn[0] > self.drawn[1] || self.drawn[2] > self.drawn[3] {
             return;

@@ -20,7 +20,8 @@ use serde::Serialize;
 use crate::sampling::pattern::StratumBounds;
 use crate::sampling::{RegionSamples, SampleBuffer};
 
-use super::pyramid::{NodeKind, NodeRect, TzPyramid};
+use super::leaf::NodeRect;
+use super::pyramid::{NodeKind, TzPyramid};
 
 /// Where something can be over a range of time and lens.
 #[derive(Debug, Clone, Copy, PartialEq)]

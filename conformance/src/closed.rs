@@ -184,3 +184,50 @@ fn cube(scene: &mut Scene, random: &mut Random, curved: bool) {
         add(scene, geometry, DMat4::IDENTITY, &attributes(random));
     }
 }
+
+/// A random closed subdivision mesh in front of the camera: any faces, creases, corners, valences.
+pub fn subdivision_scene(seed: u32) -> Scene {
+    let mut random = Random::new(seed ^ 0x5eed_0000);
+    let mesh = if seed % 4 == 3 {
+        crate::shapes::random_closed_triangles(u64::from(seed))
+    } else {
+        crate::shapes::random_closed(u64::from(seed))
+    };
+    mesh_scene(mesh, &mut random)
+}
+
+/// A mesh scaled to fill the picture, at a random rate.
+pub fn mesh_scene(mesh: olema::scene::SubdivisionMesh, random: &mut Random) -> Scene {
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for point in mesh.points.first() {
+        for c in 0..3 {
+            (low[c], high[c]) = (low[c].min(point[c]), high[c].max(point[c]));
+        }
+    }
+    let middle: [f64; 3] = std::array::from_fn(|c| f64::from(low[c] + high[c]) / 2.0);
+    let size = (0..3).map(|c| f64::from(high[c] - low[c]).powi(2)).sum::<f64>().sqrt();
+    let eye = [random.range(-2.0, 2.0), -6.0, random.range(-2.0, 2.0)];
+    let mut scene = Scene::new(camera(eye, [0.0; 3], 40.0));
+    let to_world = DMat4::from_scale(glam::DVec3::splat(4.0 / size.max(1e-9)))
+        * DMat4::from_translation(-glam::DVec3::from_array(middle));
+    let geometry = olema::scene::Geometry::Subdivision(Arc::new(mesh));
+    add(&mut scene, geometry, to_world, &attributes(random));
+    scene
+}
+
+/// Gives every primitive of a scene a random displacement of about `amplitude` in world units, each its own.
+pub fn displace(scene: &mut Scene, seed: u32, amplitude: f32) {
+    use olema::shading::{ShaderParam as Param, displacement};
+    let mut random = Random::new(seed ^ 0xd15b);
+    for primitive in &mut scene.primitives {
+        let scale = primitive.to_world.first().x_axis.truncate().length();
+        let name = ["noise", "fractal", "cells", "waves", "vector"][random.below(5) as usize];
+        let params = [
+            Param::float("amplitude", amplitude * random.range(0.3, 1.0) as f32 / scale as f32),
+            Param::float("frequency", random.range(0.5, 6.0) as f32 * scale as f32),
+        ];
+        let made = displacement(name, &params).expect("a standard displacement");
+        let attributes = (*primitive.attributes).clone();
+        primitive.attributes = Arc::new(Attributes { displacement: Some(made.shader), ..attributes });
+    }
+}

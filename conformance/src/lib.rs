@@ -5,4 +5,5 @@ pub mod cracks;
 pub mod goldens;
 pub mod occlusion_scenes;
 pub mod scenes;
+pub mod shapes;
 pub mod teapot;

@@ -1,6 +1,6 @@
 //! Closed surfaces made of patches have no cracks, at no sample.
 
-use conformance::closed::{KINDS, Kind, scene};
+use conformance::closed::{KINDS, Kind, Random, displace, mesh_scene, scene, subdivision_scene};
 use conformance::cracks::signed_hits;
 use conformance::scenes::small;
 
@@ -18,6 +18,58 @@ fn closed_surfaces_are_hit_as_often_from_the_front_as_from_the_back() {
         }
     }
     assert!(covered > 1_000_000 && welds > 1000, "{covered} samples, {welds} welds");
+}
+
+#[test]
+fn closed_subdivision_surfaces_have_no_cracks() {
+    let mut covered = 0;
+    for seed in 0..60 {
+        let report = signed_hits(&subdivision_scene(seed), &small(80, 80, [4, 4])).expect("a correct scene");
+        assert_eq!(report.cracked, 0, "{seed}: {report:?}");
+        covered += report.covered;
+    }
+    assert!(covered > 500_000, "{covered} samples");
+}
+
+#[test]
+fn closed_named_meshes_have_no_cracks() {
+    use conformance::shapes;
+    use olema::scene::Scheme;
+    let meshes = [
+        ("cube", shapes::cube()),
+        ("tetrahedron", shapes::tetrahedron(Scheme::CatmullClark)),
+        ("loop tetrahedron", shapes::tetrahedron(Scheme::Loop)),
+        ("bilinear tetrahedron", shapes::tetrahedron(Scheme::Bilinear)),
+        ("icosahedron", shapes::icosahedron(Scheme::Loop)),
+        ("torus", shapes::torus(5, 4)),
+        ("pyramid", shapes::pyramid(2.5)),
+        ("sharp pyramid", shapes::pyramid(10.0)),
+        ("prism", shapes::prism(7)),
+        ("poles", shapes::poles(50, Scheme::CatmullClark)),
+    ];
+    for (name, mesh) in meshes {
+        let scene = mesh_scene(mesh, &mut Random::new(7));
+        let report = signed_hits(&scene, &small(80, 80, [4, 4])).expect("a correct scene");
+        assert_eq!(report.cracked, 0, "{name}: {report:?}");
+        assert!(report.covered > 1000, "{name}: {report:?}");
+    }
+}
+
+#[test]
+fn displaced_surfaces_have_no_cracks() {
+    let mut covered = 0;
+    for seed in 0..40 {
+        let mut scene = if seed % 2 == 0 {
+            subdivision_scene(seed)
+        } else {
+            scene(KINDS[seed as usize / 2 % KINDS.len()], seed)
+        };
+        displace(&mut scene, seed, 0.4);
+        let report = signed_hits(&scene, &small(72, 72, [4, 4])).expect("a correct scene");
+        assert_eq!(report.cracked, 0, "{seed}: {report:?}");
+        covered += report.covered;
+    }
+    assert!(covered > 300_000, "{covered} samples");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 
 pub mod diagnostic;
 pub mod image_file;
+pub mod obj;
 pub mod rib;
 
 pub use diagnostic::{Diagnostic, Severity};

@@ -1,4 +1,4 @@
-//! What shading and its arithmetic cost: a grid of plastic, filter weights, powers.
+//! What shading and its arithmetic cost: a grid of plastic, displaced points, filter weights, powers.
 #![allow(missing_docs)] // criterion_group! makes a public function without them.
 
 use std::hint::black_box;
@@ -8,7 +8,9 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat4, Vec3};
 use olema::image::{Filter, FilterKind};
 use olema::math::{Vec3s, function};
-use olema::shading::{self, PlacedLight, ShadedPoints, ShaderParam, ShadingPoints};
+use olema::shading::{
+    self, DisplacementPoints, PlacedLight, ShadedPoints, ShaderParam, ShadingPoints, TextureImage,
+};
 
 /// 17 x 17 vertices of a bowl in front of the eye.
 fn grid() -> ShadingPoints {
@@ -56,6 +58,38 @@ fn surfaces(c: &mut Criterion) {
     group.finish();
 }
 
+/// The bowl's points, about 0.1 apart: what is 0.1 wide leaves two octaves of six.
+fn displacements(c: &mut Criterion) {
+    let shaded = grid();
+    let (s, t) = (0..289).map(|n| ((n % 17) as f32 / 16.0, (n / 17) as f32 / 16.0)).unzip();
+    let width = |width| DisplacementPoints {
+        p: shaded.p.clone(),
+        n: shaded.n.clone(),
+        s: Vec::clone(&s),
+        t: Vec::clone(&t),
+        width: vec![width; 289],
+        st_width: vec![width / 2.0; 289],
+        ..DisplacementPoints::default()
+    };
+    let data = (0..512 * 512).map(|n| (n % 97) as f32 / 97.0).collect();
+    let image = Arc::new(TextureImage::new(512, 512, data).expect("an image"));
+    let mut offset = Vec3s::splat(Vec3::ZERO, 289);
+    let mut group = c.benchmark_group("displace");
+    group.throughput(Throughput::Elements(289));
+    for name in ["cells", "fractal", "image", "noise", "vector", "waves"] {
+        let params = [ShaderParam::string("texturename", "an image")];
+        let params = if name == "image" { &params[..] } else { &[] };
+        let made = shading::displacement_with_images(name, params, &|_| Ok(image.clone()));
+        let shader = made.expect("a known displacement").shader;
+        for (scale, points) in [("fine", width(1e-3)), ("coarse", width(0.1))] {
+            group.bench_function(format!("{name}/{scale}"), |b| {
+                b.iter(|| shader.displace(black_box(&points), &mut offset));
+            });
+        }
+    }
+    group.finish();
+}
+
 fn filters(c: &mut Criterion) {
     let mut group = c.benchmark_group("filter");
     group.throughput(Throughput::Elements(256));
@@ -87,5 +121,5 @@ fn functions(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, surfaces, filters, functions);
+criterion_group!(benches, surfaces, displacements, filters, functions);
 criterion_main!(benches);

@@ -1,13 +1,39 @@
 //! The RIB reader (RenderMan Interface 3.2).
 //!
 //! In: a byte stream, ASCII or gzip. Out: one [`RibFrame`] for each WorldBegin/WorldEnd, and diagnostics.
+//!
+//! A byte goes through `lexer` (a sliding window, tokens), `args` (a statement's values, by the form that the
+//! table in `statements` gives) and `interp` (the graphics state and the world); `reader` is the loop around
+//! them, with its stack of files and recordings. No token tree is built: what is held is the scene, the state,
+//! and what ObjectBegin and ArchiveBegin ask to keep. Source: The RenderMan Interface, version 3.2 (Pixar 2000).
+
+mod args;
+mod basis;
+mod condition;
+mod declare;
+mod fault;
+mod interp;
+mod lexer;
+mod number;
+mod params;
+mod reader;
+mod recover;
+mod room;
+pub mod shaders;
+mod source;
+mod state;
+pub mod statements;
+mod transform;
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use olema::{Scene, Settings};
 
 use crate::diagnostic::Diagnostic;
+
+use shaders::ShaderLibrary;
 
 /// What a reader may do and use.
 #[derive(Debug, Clone)]
@@ -84,7 +110,7 @@ pub enum ReadError {
 
 /// Reads a RIB stream world by world.
 pub struct RibReader {
-    _private: (),
+    reader: reader::Reader,
 }
 
 impl RibReader {
@@ -92,13 +118,24 @@ impl RibReader {
     ///
     /// # Errors
     /// [`ReadError::Io`] where it cannot be opened.
-    pub fn open(_path: &Path, _options: ReadOptions) -> Result<Self, ReadError> {
-        todo!()
+    pub fn open(path: &Path, options: ReadOptions) -> Result<Self, ReadError> {
+        let io = |source| ReadError::Io { path: path.display().to_string(), source };
+        Ok(Self::new(source::FileSource::open(path).map_err(io)?, options))
     }
 
     /// Reads from a stream; `name` is what diagnostics call it.
-    pub fn from_stream(_name: &str, _stream: Box<dyn Read>, _options: ReadOptions) -> Self {
-        todo!()
+    pub fn from_stream(name: &str, stream: Box<dyn Read>, options: ReadOptions) -> Self {
+        Self::new(source::FileSource::new(name, stream, None), options)
+    }
+
+    fn new(source: source::FileSource, options: ReadOptions) -> Self {
+        RibReader { reader: reader::Reader::new(source, options, Arc::new(shaders::Standard)) }
+    }
+
+    /// Takes shaders from `library`; to be called before the first frame is read.
+    pub fn with_library(mut self, library: Arc<dyn ShaderLibrary>) -> Self {
+        self.reader.set_library(library);
+        self
     }
 
     /// Reads up to the next WorldEnd; `None` at the end of the input.
@@ -106,11 +143,15 @@ impl RibReader {
     /// # Errors
     /// [`ReadError`] where nothing further can be read.
     pub fn next_frame(&mut self) -> Result<Option<RibFrame>, ReadError> {
-        todo!()
+        self.reader.next_frame()
     }
 
-    /// Takes the diagnostics said since the last call, in the input's order.
+    /// Takes the diagnostics said since the last call, in the input's order; what a frame leaves undrawn comes at
+    /// its end. At most 1000 are kept between two calls.
     pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
-        todo!()
+        self.reader.take_diagnostics()
     }
 }
+
+#[cfg(test)]
+mod tests;

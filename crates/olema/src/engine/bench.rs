@@ -1,5 +1,6 @@
 //! The stages one by one, for benches and experiments: each as the engine runs it, on one thread.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::error::Error;
@@ -9,7 +10,7 @@ use crate::pipeline::dice::{Diced, dice};
 use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, filter_pixels};
 use crate::pipeline::sample::{GridSlots, SlotsFull, TileBuffers};
 use crate::pipeline::shade::shade;
-use crate::pipeline::split::{Fate, Piece};
+use crate::pipeline::split::{Fate, Piece, SplitContext};
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{RegionSamples, SampleBuffer, TransparentRecords};
 use crate::scene::Scene;
@@ -58,21 +59,19 @@ impl<'a> Bench<'a> {
     pub fn bound(&self, pieces: &[Piece]) -> Vec<Bound> {
         let frame = &self.frame;
         let region = frame.tiles.sample_region(frame.tiles.window);
-        pieces.iter().filter_map(|piece| bound(&frame.patches, &frame.camera, piece, &region).ok()).collect()
+        let context = frame.context();
+        pieces.iter().filter_map(|piece| bound(&context, piece, &region).ok()).collect()
     }
 
     /// Dices pieces.
     pub fn dice(&self, pieces: &[Piece]) -> Vec<Diced> {
-        pieces.iter().map(|piece| self.dice_one(piece)).collect()
+        let context = self.frame.context();
+        pieces.iter().map(|piece| self.dice_one(&context, piece)).collect()
     }
 
-    fn primitive_of(&self, piece: &Piece) -> usize {
-        self.frame.patches.patches[piece.patch as usize].primitive as usize
-    }
-
-    fn dice_one(&self, piece: &Piece) -> Diced {
-        let ix = self.primitive_of(piece);
-        dice(&self.frame.context(), piece, &self.frame.scene.primitives[ix], &self.frame.infos[ix])
+    fn dice_one(&self, context: &SplitContext, piece: &Piece) -> Diced {
+        let corrections = RefCell::default();
+        dice(&self.frame.displace_context(context, &corrections), piece)
     }
 
     fn shade_one(&self, diced: Diced) -> Grid {
@@ -125,8 +124,9 @@ impl<'a> Bench<'a> {
 pub fn grids(scene: &Scene, settings: &Settings, mut visit: impl FnMut(&Grid)) -> Result<Stats, Error> {
     let bench = Bench::new(scene, settings)?;
     let mut stats = bench.stats.clone();
+    let context = bench.frame.context();
     for piece in bench.split() {
-        let grid = bench.shade_one(bench.dice_one(&piece));
+        let grid = bench.shade_one(bench.dice_one(&context, &piece));
         stats.grids += 1;
         stats.micropolygons += grid.num_micropolygons() as u64;
         visit(&grid);

@@ -4,6 +4,7 @@
 //! them by tile. Splitting never reads the tile size, only where it pauses does: the pieces that are diced in
 //! the end are the same for every tiling.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -12,6 +13,8 @@ use crate::geometry::RasterCamera;
 use crate::pipeline::bound::{Bound, Unseen, bound};
 use crate::pipeline::connect::connect;
 use crate::pipeline::dice::PrimitiveInfo;
+use crate::pipeline::displace::{Corrections, DisplaceContext, widen};
+use crate::pipeline::patch::Surfaces;
 use crate::pipeline::patchify::patchify;
 use crate::pipeline::resolve::FilterTable;
 use crate::pipeline::split::{Fate, Piece, SplitContext};
@@ -49,7 +52,13 @@ impl<'a> FrameData<'a> {
         let camera = RasterCamera::new(&scene.camera, settings.resolution);
         let (mut patches, warnings) = patchify(scene);
         let shading_rate: Vec<f32> = scene.primitives.iter().map(|p| p.attributes.shading_rate).collect();
-        let edges = connect(&mut patches, &shading_rate);
+        let mut edges = connect(&mut patches, &shading_rate);
+        let infos: Vec<PrimitiveInfo> =
+            scene.primitives.iter().map(|p| PrimitiveInfo::new(scene, &camera, p)).collect();
+        if infos.iter().any(|info| info.displacement.is_some()) {
+            edges.list_users(&patches);
+            widen(&mut patches, &edges, &infos);
+        }
         let world_to_camera = *scene.camera.world_to_camera.first();
         let placed: Vec<Arc<dyn PlacedLight>> = scene
             .lights
@@ -74,7 +83,7 @@ impl<'a> FrameData<'a> {
         stats.welds = edges.num_welds() as u64;
         stats.warnings.extend(warnings);
         FrameData {
-            infos: scene.primitives.iter().map(|p| PrimitiveInfo::new(scene, &camera, p)).collect(),
+            infos,
             lights: scene.primitives.iter().map(|p| lights_of(&p.attributes.lights)).collect(),
             tiles: Tiles::new(settings, &pattern, filter.radius),
             scene,
@@ -92,6 +101,7 @@ impl<'a> FrameData<'a> {
     pub fn context(&self) -> SplitContext<'_> {
         SplitContext {
             patches: &self.patches,
+            surfaces: Surfaces::new(&self.patches),
             edges: &self.edges,
             camera: &self.camera,
             rate_scale: self.settings.shading_rate_scale,
@@ -99,6 +109,15 @@ impl<'a> FrameData<'a> {
             eye_splits: self.settings.eye_splits as u8,
             shading_rate: &self.shading_rate,
         }
+    }
+
+    /// What dicing reads.
+    pub fn displace_context<'b, 'f>(
+        &'b self,
+        frame: &'b SplitContext<'f>,
+        corrections: &'b RefCell<Corrections>,
+    ) -> DisplaceContext<'b, 'f> {
+        DisplaceContext { frame, scene: self.scene, infos: &self.infos, corrections }
     }
 
     /// Splits all patches to about the size of a tile and files the pieces. `None` where it was cancelled.
@@ -112,11 +131,12 @@ impl<'a> FrameData<'a> {
             .map(|chunk| {
                 let watch = Stopwatch::new(hooks);
                 let mut filed = (Vec::new(), Vec::new(), Stats::default());
+                let context = self.context();
                 for patch in chunk * CHUNK..num_patches.min((chunk + 1) * CHUNK) {
                     if hooks.is_cancelled() {
                         break;
                     }
-                    self.file_patch(patch, region, &mut filed);
+                    self.file_patch(&context, patch, region, &mut filed);
                 }
                 filed.2.seconds.split += watch.seconds();
                 filed
@@ -143,15 +163,18 @@ impl<'a> FrameData<'a> {
         Some(filed)
     }
 
-    fn file_patch(&self, patch: u32, region: Region, filed: &mut (Vec<Entry>, Vec<Piece>, Stats)) {
+    fn file_patch(
+        &self,
+        context: &SplitContext,
+        patch: u32,
+        region: Region,
+        filed: &mut (Vec<Entry>, Vec<Piece>, Stats),
+    ) {
         let (entries, pieces, stats) = filed;
-        let context = self.context();
         let limit = self.tiles.side as i32;
         let mut stack = vec![context.whole(patch)];
         while let Some(piece) = stack.pop() {
-            let Some(Bound { pixels, depth }) =
-                count_unseen(bound(&self.patches, &self.camera, &piece, &region), stats)
-            else {
+            let Some(Bound { pixels, depth }) = count_unseen(bound(context, &piece, &region), stats) else {
                 continue;
             };
             let small = pixels[1] - pixels[0] < limit && pixels[3] - pixels[2] < limit;

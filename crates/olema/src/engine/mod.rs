@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::Error;
 use crate::image::Image;
+use crate::pipeline::displace::Corrections;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::stats::Stats;
@@ -145,7 +146,7 @@ impl Renderer {
         let filed = data.file(hooks, &mut stats).ok_or(Error::Cancelled)?;
         hooks.report("split", 1, 1);
         let cache = cache::GridCache::new(self.settings.grid_cache);
-        let shared = Mutex::new((output, stats, None));
+        let shared = Mutex::new((output, stats, None, Corrections::default()));
         let (next, num_tiles) = (AtomicUsize::new(0), data.tiles.len());
         let done = AtomicUsize::new(0);
         // Tiles are taken in order, so that grids on the border of two tiles do not wait long for the second.
@@ -176,11 +177,16 @@ impl Renderer {
             }
             let mut all = shared.lock().unwrap_or_else(PoisonError::into_inner);
             all.1.add(&worker.stats);
+            all.3.add(&worker.corrections.borrow());
         });
-        let (output, stats, error) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let (output, mut stats, error, corrections) =
+            shared.into_inner().unwrap_or_else(PoisonError::into_inner);
         match error {
             Some(error) => Err(error),
-            None => Ok(Frame { image: output.into_image(), stats }),
+            None => {
+                stats.warnings.extend(corrections.warnings(scene, &data.infos));
+                Ok(Frame { image: output.into_image(), stats })
+            }
         }
     }
 }

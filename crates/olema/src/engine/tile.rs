@@ -1,5 +1,6 @@
 //! One tile: what may be seen in it is split, diced, shaded and drawn, nearest first, then resolved.
 
+use std::cell::RefCell;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
@@ -7,10 +8,11 @@ use std::sync::Arc;
 use crate::error::Error;
 use crate::pipeline::bound::bound;
 use crate::pipeline::dice::dice;
+use crate::pipeline::displace::Corrections;
 use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, composite_pass, filter_pixels};
 use crate::pipeline::sample::{GridSlots, TileBuffers};
 use crate::pipeline::shade::shade;
-use crate::pipeline::split::{Fate, Piece, PieceKind};
+use crate::pipeline::split::{Fate, Piece, PieceKind, SplitContext};
 use crate::pipeline::{Grid, GridKey};
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
@@ -26,11 +28,13 @@ const DRAWN_BETWEEN_CLEANUPS: usize = 4096;
 /// Draws tiles, one after the other, in the same memory.
 pub(super) struct TileWorker<'a> {
     frame: &'a FrameData<'a>,
+    context: SplitContext<'a>,
     filed: &'a Filed,
     cache: &'a GridCache,
     hooks: &'a Hooks<'a>,
     buffers: TileBuffers,
     colors: Vec<SampleColor>,
+    pub corrections: RefCell<Corrections>,
     pub stats: Stats,
 }
 
@@ -57,7 +61,17 @@ impl<'a> TileWorker<'a> {
             slots: GridSlots::default(),
             counts: SampleCounts::default(),
         };
-        TileWorker { frame, filed, cache, hooks, buffers, colors: Vec::new(), stats: Stats::default() }
+        TileWorker {
+            frame,
+            context: frame.context(),
+            filed,
+            cache,
+            hooks,
+            buffers,
+            colors: Vec::new(),
+            corrections: RefCell::default(),
+            stats: Stats::default(),
+        }
     }
 
     /// The finished pixels of a tile.
@@ -137,7 +151,6 @@ impl<'a> TileWorker<'a> {
     /// Takes the tile's pieces nearest first, and cuts or draws each.
     fn pass(&mut self, tile: usize, region: Region) -> Result<(), Stop> {
         let frame = self.frame;
-        let context = frame.context();
         let mut queue = BinaryHeap::new();
         for entry in self.filed.of_tile(tile) {
             queue.push(Queued { near: entry.near, work: Work::Filed(entry.source) });
@@ -149,17 +162,15 @@ impl<'a> TileWorker<'a> {
             }
             let watch = Stopwatch::new(self.hooks);
             let piece = match work {
-                Work::Filed(Source::Patch(patch)) => context.whole(patch),
+                Work::Filed(Source::Patch(patch)) => self.context.whole(patch),
                 Work::Filed(Source::Piece(ix)) => self.filed.pieces[ix as usize],
                 Work::Piece(piece) => *piece,
             };
-            let Some(bounds) =
-                count_unseen(bound(&frame.patches, &frame.camera, &piece, &region), &mut self.stats)
-            else {
+            let Some(bounds) = count_unseen(bound(&self.context, &piece, &region), &mut self.stats) else {
                 self.stats.seconds.split += watch.seconds();
                 continue;
             };
-            match context.fate(&piece) {
+            match self.context.fate(&piece) {
                 Fate::Split(halves) => {
                     self.stats.splits += 1;
                     for half in halves {
@@ -207,8 +218,8 @@ impl<'a> TileWorker<'a> {
         let watch = Stopwatch::new(self.hooks);
         let primitive_ix = frame.patches.patches[piece.patch as usize].primitive as usize;
         let primitive = &frame.scene.primitives[primitive_ix];
-        let context = frame.context();
-        let diced = dice(&context, piece, primitive, &frame.infos[primitive_ix]);
+        let context = &self.context;
+        let diced = dice(&frame.displace_context(context, &self.corrections), piece);
         let stats = &mut self.stats;
         stats.grids += 1;
         stats.micropolygons += diced.grid.num_micropolygons() as u64;

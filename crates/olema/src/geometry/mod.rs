@@ -2,6 +2,7 @@
 
 pub mod bezier;
 pub mod camera;
+pub mod subdivision;
 
 pub use bezier::{Bicubic, SurfacePoint};
 pub use camera::RasterCamera;

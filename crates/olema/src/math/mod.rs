@@ -3,6 +3,7 @@
 pub mod function;
 mod function64;
 pub mod hash;
+pub mod noise;
 mod reduce;
 
 /// Vectors as a structure of arrays.

@@ -9,8 +9,7 @@ use crate::geometry::RasterCamera;
 
 use crate::sampling::Region;
 
-use super::patch::PatchTable;
-use super::split::{Piece, uv_box};
+use super::split::{Piece, SplitContext, uv_box};
 
 /// Where a piece can be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,17 +34,12 @@ pub enum Unseen {
 ///
 /// # Errors
 /// The cause, for the statistics.
-pub fn bound(
-    patches: &PatchTable,
-    camera: &RasterCamera,
-    piece: &Piece,
-    region: &Region,
-) -> Result<Bound, Unseen> {
-    let patch = &patches.patches[piece.patch as usize];
+pub fn bound(context: &SplitContext, piece: &Piece, region: &Region) -> Result<Bound, Unseen> {
+    let patch = &context.patches.patches[piece.patch as usize];
     let (u, v) = uv_box(piece);
-    let mut hull = Hull::new(camera, region);
-    for key in 0..patches.num_keys {
-        patches.surface(patch, key).hull(u, v, |p| hull.include(p));
+    let mut hull = Hull::new(context.camera, region);
+    for key in 0..context.patches.num_keys {
+        context.surfaces.hull(piece.patch, key, u, v, |p| hull.include(p));
     }
     hull.finish(patch.slack)
 }

@@ -13,7 +13,9 @@ use glam::{Vec3, Vec4};
 
 use crate::geometry::Aabb;
 
-use super::patch::{PatchTable, SIDE_CORNERS};
+use crate::geometry::subdivision::{BaseQuad, CornerId, Piece};
+
+use super::patch::{Patch, PatchTable, SIDE_CORNERS, Shape};
 
 /// Points closer than this times the smaller patch's diagonal are one point.
 pub const WELD_TOLERANCE: f32 = 1e-5;
@@ -21,36 +23,105 @@ pub const WELD_TOLERANCE: f32 = 1e-5;
 /// Rounding of an evaluated point, relative to the patch's largest coordinate.
 const ROUNDING: f32 = 1e-6;
 
+/// How much of an edge a side of a patch is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Part {
+    /// All of it.
+    #[default]
+    Whole,
+    /// From its start to its middle.
+    First,
+    /// From its middle to its end.
+    Second,
+}
+
+/// How a side of a patch runs along an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Along {
+    /// How much of the edge it is.
+    pub part: Part,
+    /// Whether it runs against the edge's direction.
+    pub reversed: bool,
+}
+
+impl Along {
+    /// The edge's parameter `numerator / denominator`, which must lie on the side, as one of the side.
+    pub fn own(self, numerator: u64, denominator: u64) -> (u64, u64) {
+        let along = match self.part {
+            Part::Whole => numerator,
+            Part::First => 2 * numerator,
+            Part::Second => 2 * numerator - denominator,
+        };
+        (if self.reversed { denominator - along } else { along }, denominator)
+    }
+
+    /// Whether the edge's parameter `numerator / denominator` lies on the side.
+    pub fn has(self, numerator: u64, denominator: u64) -> bool {
+        match self.part {
+            Part::Whole => true,
+            Part::First => 2 * numerator <= denominator,
+            Part::Second => 2 * numerator >= denominator,
+        }
+    }
+}
+
 /// A patch's use of an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct EdgeUse {
     /// Index of the edge.
     pub edge: u32,
-    /// Whether the patch runs along it against the owner.
-    pub reversed: bool,
+    /// How the patch's side runs along it.
+    pub along: Along,
 }
+
+/// A side of a patch that runs along an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Owner {
+    /// The patch.
+    pub patch: u32,
+    /// Its side.
+    pub side: u8,
+    /// How that runs along the edge.
+    pub along: Along,
+}
+
+/// Not known yet.
+const NOBODY: Owner = Owner { patch: u32::MAX, side: 0, along: Along { part: Part::Whole, reversed: false } };
 
 /// An edge, owned by one patch and shared by any number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
-    /// The patch whose curve it is.
-    pub owner: u32,
-    /// The owner's side.
-    pub side: u8,
+    /// Owners of its first and second half; the same patch unless one that owns has only a half of it.
+    pub owners: [Owner; 2],
+    /// Whether some patch ends at its middle: it is halved before anything else then, for all of them.
+    pub halved: bool,
     /// How many patches have it.
     pub users: u32,
     /// Corners at its start and end.
     pub corners: [u32; 2],
+    /// The corner at its middle, where it is halved.
+    pub middle: u32,
     /// Finest shading rate of its patches (pixels of area).
     pub shading_rate: f32,
 }
 
 /// A corner, owned by one patch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corner {
     /// The patch whose point it is.
     pub owner: u32,
     /// The owner's corner.
+    pub corner: u8,
+    /// Finest shading rate of its patches.
+    pub shading_rate: f32,
+}
+
+/// A patch's corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CornerUse {
+    /// The patch.
+    pub patch: u32,
+    /// Its corner.
     pub corner: u8,
 }
 
@@ -61,6 +132,40 @@ pub struct EdgeTable {
     pub edges: Vec<Edge>,
     /// Corners, in the order of their owners.
     pub corners: Vec<Corner>,
+    edge_users: Lists<Owner>,
+    corner_users: Lists<CornerUse>,
+}
+
+/// Lists of different lengths, end to end. Empty where nobody asks for them.
+#[derive(Debug, Clone, Default)]
+struct Lists<T> {
+    starts: Vec<u32>,
+    items: Vec<T>,
+}
+
+impl<T: Copy + Default> Lists<T> {
+    /// Sorts (list, item) pairs into lists; within a list the order stays.
+    fn new(num_lists: usize, pairs: impl Iterator<Item = (u32, T)> + Clone) -> Self {
+        let mut starts = vec![0u32; num_lists + 1];
+        pairs.clone().for_each(|(list, _)| starts[list as usize + 1] += 1);
+        for list in 0..num_lists {
+            starts[list + 1] += starts[list];
+        }
+        let mut next = starts.clone();
+        let mut items = vec![T::default(); starts[num_lists] as usize];
+        for (list, item) in pairs {
+            items[next[list as usize] as usize] = item;
+            next[list as usize] += 1;
+        }
+        Lists { starts, items }
+    }
+
+    fn get(&self, list: u32) -> &[T] {
+        match self.starts.get(list as usize..list as usize + 2) {
+            Some(range) => &self.items[range[0] as usize..range[1] as usize],
+            None => &[],
+        }
+    }
 }
 
 impl EdgeTable {
@@ -68,61 +173,214 @@ impl EdgeTable {
     pub fn num_welds(&self) -> usize {
         self.edges.iter().filter(|e| e.users > 1).count()
     }
-}
 
-/// Connects all patches of `table`; `shading_rate[primitive]` is each primitive's rate.
-pub fn connect(table: &mut PatchTable, shading_rate: &[f32]) -> EdgeTable {
-    let curves = Curves::new(table);
-    let (corners, corner_of) = weld_corners(table, &curves);
-    let mut middles = Welder::new(curves.tolerances());
-    let mut found: HashMap<(u32, u32, u32), Vec<u32>> = HashMap::new();
-    let mut edges: Vec<Edge> = Vec::new();
-    for (patch_ix, patch_curves) in curves.sides.iter().enumerate() {
-        let patch_corners = corner_of[patch_ix];
-        let rate = shading_rate[table.patches[patch_ix].primitive as usize];
-        for (side, curve) in patch_curves.iter().enumerate() {
-            let tolerance = curves.tolerance[patch_ix];
-            let [from, to] = SIDE_CORNERS[side].map(|c| patch_corners[c]);
-            let middle = middles.weld(curve_middle(curve), tolerance);
-            let known = found.entry((from.min(to), from.max(to), middle)).or_default();
-            let matched = known.iter().find_map(|&ix| {
-                let edge = &edges[ix as usize];
-                let owner_curve = &curves.sides[edge.owner as usize][edge.side as usize];
-                let tolerance = tolerance.min(curves.tolerance[edge.owner as usize]);
-                same_curve(curve, owner_curve, tolerance).map(|reversed| (ix, reversed))
-            });
-            let used = match matched {
-                Some((edge, reversed)) => {
-                    let known = &mut edges[edge as usize];
-                    known.users += 1;
-                    known.shading_rate = known.shading_rate.min(rate);
-                    EdgeUse { edge, reversed }
-                }
-                None => {
-                    let edge = edges.len() as u32;
-                    known.push(edge);
-                    edges.push(Edge {
-                        owner: patch_ix as u32,
-                        side: side as u8,
-                        users: 1,
-                        corners: [from, to],
-                        shading_rate: rate,
-                    });
-                    EdgeUse { edge, reversed: false }
-                }
-            };
-            table.patches[patch_ix].edges[side] = used;
+    /// Notes who meets at each edge and corner, for those who displace.
+    pub fn list_users(&mut self, table: &PatchTable) {
+        let patches = || table.patches.iter().zip(0u32..);
+        let sides = patches().flat_map(|(patch, ix)| {
+            patch
+                .edges
+                .iter()
+                .zip(0u8..)
+                .map(move |(used, side)| (used.edge, Owner { patch: ix, side, along: used.along }))
+        });
+        let corners = patches().flat_map(|(patch, ix)| {
+            patch.corners.iter().zip(0u8..).map(move |(&id, corner)| (id, CornerUse { patch: ix, corner }))
+        });
+        self.edge_users = Lists::new(self.edges.len(), sides);
+        self.corner_users = Lists::new(self.corners.len(), corners);
+    }
+
+    /// Sides along an edge, in the order of their patches, once [`Self::list_users`] has run.
+    pub fn edge_users(&self, edge: u32) -> &[Owner] {
+        self.edge_users.get(edge)
+    }
+
+    /// Corners at a corner, in the order of their patches, once [`Self::list_users`] has run.
+    pub fn corner_users(&self, corner: u32) -> &[CornerUse] {
+        self.corner_users.get(corner)
+    }
+
+    fn corner(&mut self, known: Option<u32>, owner: u32, corner: usize, shading_rate: f32) -> u32 {
+        match known {
+            Some(ix) => {
+                let corner = &mut self.corners[ix as usize];
+                corner.shading_rate = corner.shading_rate.min(shading_rate);
+                ix
+            }
+            None => {
+                self.corners.push(Corner { owner, corner: corner as u8, shading_rate });
+                self.corners.len() as u32 - 1
+            }
         }
     }
-    let table_edges = EdgeTable { edges, corners };
-    for (patch_ix, corner_ixs) in corner_of.into_iter().enumerate() {
-        let exact = is_exact(&curves, &table_edges, table, patch_ix, corner_ixs);
-        let patch = &mut table.patches[patch_ix];
-        patch.corners = corner_ixs;
-        let weld = if exact { 0.0 } else { 2.0 * curves.tolerance[patch_ix] };
-        patch.slack = weld + ROUNDING * curves.reach[patch_ix];
+
+    fn use_edge(&mut self, edge: u32, shading_rate: f32) {
+        let edge = &mut self.edges[edge as usize];
+        edge.users += 1;
+        edge.shading_rate = edge.shading_rate.min(shading_rate);
     }
-    table_edges
+}
+
+/// Connects all patches of `table`; `shading_rate[primitive]` is each primitive's rate. Patches with control
+/// points are welded by what these are, base quads of a mesh by its topology.
+pub fn connect(table: &mut PatchTable, shading_rate: &[f32]) -> EdgeTable {
+    let mut edges = EdgeTable::default();
+    let rate_of = |primitive: u32| shading_rate[primitive as usize];
+    let mut by_points = ByPoints::new(table);
+    let mut by_topology = ByTopology::default();
+    for ix in 0..table.patches.len() {
+        let patch = table.patches[ix];
+        let rate = rate_of(patch.primitive);
+        let (corners, uses) = match patch.shape {
+            Shape::Subdivision { limit, quad } => {
+                let quad = table.limits[limit as usize].surface.quad(quad);
+                by_topology.connect(&mut edges, limit, &quad, ix as u32, rate)
+            }
+            _ => by_points.connect(&mut edges, ix as u32, rate),
+        };
+        (table.patches[ix].corners, table.patches[ix].edges) = (corners, uses);
+    }
+    for edge in &mut edges.edges {
+        edge.halved = edge.middle != u32::MAX;
+    }
+    for ix in 0..table.patches.len() {
+        table.patches[ix].slack = by_points.curves.slack(&edges, &table.patches[ix], ix);
+    }
+    edges
+}
+
+/// Corners and edges of the patches connected so far, by topology.
+#[derive(Default)]
+struct ByTopology {
+    corners: HashMap<(u32, CornerId), u32>,
+    edges: HashMap<(u32, u32), u32>,
+}
+
+impl ByTopology {
+    fn connect(
+        &mut self,
+        table: &mut EdgeTable,
+        limit: u32,
+        quad: &BaseQuad,
+        patch: u32,
+        rate: f32,
+    ) -> ([u32; 4], [EdgeUse; 4]) {
+        // A base quad's corners go round; a patch's are (0,0), (1,0), (0,1), (1,1).
+        let ids = [quad.corners[0], quad.corners[1], quad.corners[3], quad.corners[2]];
+        let corners: [u32; 4] = std::array::from_fn(|c| {
+            let known = self.corners.get(&(limit, ids[c])).copied();
+            let ix = table.corner(known, patch, c, rate);
+            self.corners.insert((limit, ids[c]), ix);
+            ix
+        });
+        let uses = std::array::from_fn(|side| {
+            let edge = &quad.edges[side];
+            let part = match edge.piece {
+                Piece::Whole => Part::Whole,
+                Piece::FirstHalf => Part::First,
+                Piece::SecondHalf => Part::Second,
+            };
+            // Top and left run the other way round the quad.
+            let along = Along { part, reversed: edge.reversed != (side >= 2) };
+            let mut ends = SIDE_CORNERS[side].map(|c| corners[c]);
+            if along.reversed {
+                ends.reverse();
+            }
+            let owner = Owner { patch, side: side as u8, along };
+            let ix = *self.edges.entry((limit, edge.edge)).or_insert_with(|| {
+                table.edges.push(Edge {
+                    owners: [NOBODY; 2],
+                    halved: true,
+                    users: 0,
+                    corners: [u32::MAX; 2],
+                    middle: u32::MAX,
+                    shading_rate: rate,
+                });
+                table.edges.len() as u32 - 1
+            });
+            table.use_edge(ix, rate);
+            let known = &mut table.edges[ix as usize];
+            match part {
+                Part::Whole => known.corners = ends,
+                Part::First => (known.corners[0], known.middle) = (ends[0], ends[1]),
+                Part::Second => (known.middle, known.corners[1]) = (ends[0], ends[1]),
+            }
+            // The first patch that has a half owns it.
+            let (first, second) = (part != Part::Second, part != Part::First);
+            for (owned, has) in known.owners.iter_mut().zip([first, second]) {
+                if has && *owned == NOBODY {
+                    *owned = owner;
+                }
+            }
+            EdgeUse { edge: ix, along }
+        });
+        (corners, uses)
+    }
+}
+
+/// Corners and edges of the patches connected so far, by their control points.
+struct ByPoints {
+    curves: Curves,
+    corners: Welder,
+    corner_of_weld: Vec<u32>,
+    middles: Welder,
+    /// Edges by their ends and middle.
+    edges: HashMap<(u32, u32, u32), Vec<u32>>,
+}
+
+impl ByPoints {
+    fn new(table: &PatchTable) -> Self {
+        let curves = Curves::new(table);
+        ByPoints {
+            corners: Welder::new(curves.tolerances()),
+            corner_of_weld: Vec::new(),
+            middles: Welder::new(curves.tolerances()),
+            edges: HashMap::new(),
+            curves,
+        }
+    }
+
+    fn connect(&mut self, table: &mut EdgeTable, patch: u32, rate: f32) -> ([u32; 4], [EdgeUse; 4]) {
+        let tolerance = self.curves.tolerance[patch as usize];
+        let ends = self.curves.ends(patch);
+        let corners: [u32; 4] = std::array::from_fn(|corner| {
+            let weld = self.corners.weld(project(ends[corner]), tolerance) as usize;
+            let ix = table.corner(self.corner_of_weld.get(weld).copied(), patch, corner, rate);
+            if weld == self.corner_of_weld.len() {
+                self.corner_of_weld.push(ix);
+            }
+            ix
+        });
+        let uses = std::array::from_fn(|side| {
+            let curve = self.curves.sides[patch as usize][side];
+            let [from, to] = SIDE_CORNERS[side].map(|c| corners[c]);
+            let middle = self.middles.weld(curve_middle(&curve), tolerance);
+            let known = self.edges.entry((from.min(to), from.max(to), middle)).or_default();
+            let matched = known.iter().find_map(|&ix| {
+                let owner = table.edges[ix as usize].owners[0];
+                let owner_curve = &self.curves.sides[owner.patch as usize][owner.side as usize];
+                let tolerance = tolerance.min(self.curves.tolerance[owner.patch as usize]);
+                same_curve(&curve, owner_curve, tolerance).map(|reversed| (ix, reversed))
+            });
+            let (edge, reversed) = matched.unwrap_or_else(|| {
+                let along = Along::default();
+                table.edges.push(Edge {
+                    owners: [Owner { patch, side: side as u8, along }; 2],
+                    halved: false,
+                    users: 0,
+                    corners: [from, to],
+                    middle: u32::MAX,
+                    shading_rate: rate,
+                });
+                known.push(table.edges.len() as u32 - 1);
+                (table.edges.len() as u32 - 1, false)
+            });
+            table.use_edge(edge, rate);
+            EdgeUse { edge, along: Along { part: Part::Whole, reversed } }
+        });
+        (corners, uses)
+    }
 }
 
 /// Side curves of all patches at the first key, and how close is equal.
@@ -137,7 +395,12 @@ impl Curves {
     fn new(table: &PatchTable) -> Self {
         let mut curves = Curves { sides: Vec::new(), tolerance: Vec::new(), reach: Vec::new() };
         for patch in &table.patches {
-            let surface = table.surface(patch, 0);
+            let Some(surface) = table.control_surface(patch, 0) else {
+                curves.sides.push([[Vec4::ZERO; 4]; 4]);
+                curves.reach.push(0.0);
+                curves.tolerance.push(0.0);
+                continue;
+            };
             let mut bounds = Aabb::EMPTY;
             surface.hull([0.0, 1.0], [0.0, 1.0], |p| bounds.include(p));
             curves.sides.push(std::array::from_fn(|side| surface.side_curve(side)));
@@ -150,23 +413,33 @@ impl Curves {
     fn tolerances(&self) -> impl Iterator<Item = f32> {
         self.tolerance.iter().copied()
     }
-}
 
-fn weld_corners(table: &PatchTable, curves: &Curves) -> (Vec<Corner>, Vec<[u32; 4]>) {
-    let mut welder = Welder::new(curves.tolerances());
-    let mut corners: Vec<Corner> = Vec::new();
-    let mut corner_of = Vec::with_capacity(table.patches.len());
-    for (ix, sides) in curves.sides.iter().enumerate() {
-        let ends = [sides[0][0], sides[0][3], sides[2][0], sides[2][3]];
-        corner_of.push(std::array::from_fn(|corner| {
-            let id = welder.weld(project(ends[corner]), curves.tolerance[ix]);
-            if id as usize == corners.len() {
-                corners.push(Corner { owner: ix as u32, corner: corner as u8 });
-            }
-            id
-        }));
+    /// Corner points, as [`super::Patch::corners`] counts them.
+    fn ends(&self, patch: u32) -> [Vec4; 4] {
+        let sides = &self.sides[patch as usize];
+        [sides[0][0], sides[0][3], sides[2][0], sides[2][3]]
     }
-    (corners, corner_of)
+
+    /// How far the border of the patch as its owners draw it may be from its own.
+    fn slack(&self, table: &EdgeTable, patch: &Patch, ix: usize) -> f32 {
+        let mine = &self.sides[ix];
+        let edges_agree = (0..4).all(|side| {
+            let used = patch.edges[side];
+            let owner = table.edges[used.edge as usize].owners[0];
+            let mut curve = self.sides[owner.patch as usize][owner.side as usize];
+            if used.along.reversed {
+                curve.reverse();
+            }
+            curve == mine[side]
+        });
+        let ends = self.ends(ix as u32);
+        let corners_agree = (0..4).all(|c| {
+            let corner = &table.corners[patch.corners[c] as usize];
+            self.ends(corner.owner)[corner.corner as usize] == ends[c]
+        });
+        let weld = if edges_agree && corners_agree { 0.0 } else { 2.0 * self.tolerance[ix] };
+        weld + ROUNDING * self.reach[ix]
+    }
 }
 
 fn project(p: Vec4) -> Vec3 {
@@ -188,27 +461,6 @@ fn same_curve(a: &[Vec4; 4], b: &[Vec4; 4], tolerance: f32) -> Option<bool> {
     } else {
         None
     }
-}
-
-/// Whether the patch's borders and corners are bit for bit those of their owners.
-fn is_exact(curves: &Curves, table: &EdgeTable, patches: &PatchTable, ix: usize, corners: [u32; 4]) -> bool {
-    let mine = &curves.sides[ix];
-    let edges_agree = (0..4).all(|side| {
-        let used = patches.patches[ix].edges[side];
-        let edge = &table.edges[used.edge as usize];
-        let mut owner = curves.sides[edge.owner as usize][edge.side as usize];
-        if used.reversed {
-            owner.reverse();
-        }
-        owner == mine[side]
-    });
-    let ends = [mine[0][0], mine[0][3], mine[2][0], mine[2][3]];
-    edges_agree
-        && (0..4).all(|c| {
-            let corner = &table.corners[corners[c] as usize];
-            let owner = &curves.sides[corner.owner as usize];
-            [owner[0][0], owner[0][3], owner[2][0], owner[2][3]][corner.corner as usize] == ends[c]
-        })
 }
 
 /// Points by the cell that holds them.

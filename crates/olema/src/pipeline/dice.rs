@@ -13,9 +13,10 @@ use crate::math::Vec3s;
 use crate::scene::{Primitive, Scene};
 use crate::shading::{PointVar, ShadingPoints};
 
+use super::displace::{DisplaceContext, Displacer, Query};
 use super::grid::{Grid, GridKey, Look, SlowVertices};
-use super::patch::{Patch, Surface};
-use super::primvar::PatchVar;
+use super::patch::unit_normal;
+use super::primvar::{each_variable, texture_coordinates};
 use super::split::{Piece, PieceKind, Side, SplitContext, quad_uv};
 
 /// What dicing needs to know of a primitive, the same for all its patches.
@@ -27,6 +28,8 @@ pub struct PrimitiveInfo {
     pub normal_sign: f32,
     /// How micropolygons are drawn.
     pub look: Look,
+    /// Displacement or bump mapping.
+    pub displacement: Option<Displacer>,
 }
 
 impl PrimitiveInfo {
@@ -43,7 +46,8 @@ impl PrimitiveInfo {
             front_is_positive: turned == mirrored,
             matte: attributes.matte,
         };
-        PrimitiveInfo { to_camera, normal_sign: if turned { -1.0 } else { 1.0 }, look }
+        let displacement = Displacer::new(primitive, to_camera);
+        PrimitiveInfo { to_camera, normal_sign: if turned { -1.0 } else { 1.0 }, look, displacement }
     }
 }
 
@@ -57,14 +61,16 @@ pub struct Diced {
 }
 
 /// Dices `piece`, whose kind is `PieceKind::Lattice`.
-pub fn dice(context: &SplitContext, piece: &Piece, primitive: &Primitive, info: &PrimitiveInfo) -> Diced {
+pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
+    let DisplaceContext { frame, scene, infos, .. } = *context;
     let PieceKind::Lattice { m, n, i, j } = piece.kind else {
         unreachable!("only pieces with a lattice are diced");
     };
-    let patch = &context.patches.patches[piece.patch as usize];
-    let (columns, rows) = (u32::from(i[1] - i[0]), u32::from(j[1] - j[0]));
-    let num_vertices = (columns as usize + 1) * (rows as usize + 1);
-    let vertices = lattice_vertices(context, piece, [m, n], i, j);
+    let patch = &frame.patches.patches[piece.patch as usize];
+    let primitive = &scene.primitives[patch.primitive as usize];
+    let info = &infos[patch.primitive as usize];
+    let columns = u32::from(i[1] - i[0]);
+    let vertices = lattice_vertices(frame, piece, [m, n], i, j);
     let mut grid = Grid {
         key: GridKey {
             primitive: patch.primitive,
@@ -73,9 +79,9 @@ pub fn dice(context: &SplitContext, piece: &Piece, primitive: &Primitive, info: 
             block: [i[0], j[0]],
         },
         m: columns,
-        n: rows,
-        keys: context.patches.num_keys as u32,
-        x: Vec::with_capacity(num_vertices * context.patches.num_keys),
+        n: u32::from(j[1] - j[0]),
+        keys: frame.patches.num_keys as u32,
+        x: Vec::with_capacity(vertices.len() * frame.patches.num_keys),
         y: Vec::new(),
         depth: Vec::new(),
         coc: Vec::new(),
@@ -86,31 +92,97 @@ pub fn dice(context: &SplitContext, piece: &Piece, primitive: &Primitive, info: 
         raster: [i32::MAX, i32::MIN, i32::MAX, i32::MIN],
     };
     let uv: Vec<[f32; 2]> = vertices.iter().map(|v| v.uv).collect();
-    let mut points = shading_points(context, patch, &uv, info);
-    for key in 0..context.patches.num_keys {
-        let surface = context.patches.surface(patch, key);
-        let placed: Vec<Vec3> = vertices
-            .iter()
-            .map(|vertex| match vertex.border {
-                Some(point) => context.position(piece.patch, point, key),
-                None => surface.evaluate(vertex.uv[0], vertex.uv[1]).p,
-            })
-            .collect();
-        place(&mut grid, context.camera, &placed, key);
+    let mut points = shading_points(frame, piece.patch, &uv, info);
+    for key in 0..frame.patches.num_keys {
+        let placed = vertex_positions(context, piece.patch, &vertices, key);
+        place(&mut grid, frame.camera, &placed, key);
         if key == 0 {
-            points.p = placed.iter().fold(Vec3s::default(), |mut all, &p| {
-                all.push(p);
-                all
-            });
-            points.i = placed.iter().fold(Vec3s::default(), |mut all, &p| {
-                all.push(context.camera.incident(p));
-                all
-            });
+            points.p = collect(placed.iter().copied());
+            points.i = collect(placed.iter().map(|&p| frame.camera.incident(p)));
         }
     }
-    primitive_variables(&mut points, &uv, patch, primitive, info);
+    primitive_variables(frame, piece.patch, &mut points, &uv, primitive, info);
+    if info.displacement.is_some() {
+        displaced_normals(context, piece, &mut points);
+    }
     steps(&mut points, columns as usize);
     Diced { grid, points }
+}
+
+fn collect(values: impl Iterator<Item = Vec3>) -> Vec3s {
+    values.fold(Vec3s::default(), |mut all, value| {
+        all.push(value);
+        all
+    })
+}
+
+/// Where vertices are at a key: those on sides as the owners of these say.
+fn vertex_positions(
+    context: &DisplaceContext,
+    patch: u32,
+    vertices: &[LatticeVertex],
+    key: usize,
+) -> Vec<Vec3> {
+    let frame = context.frame;
+    if !context.is_displaced(patch) {
+        let position = |vertex: &LatticeVertex| match vertex.border {
+            Some(point) => frame.position(patch, point, key),
+            None => frame.surfaces.evaluate(patch, key, vertex.uv).p,
+        };
+        return vertices.iter().map(position).collect();
+    }
+    let query = |vertex: &LatticeVertex| match vertex.border {
+        Some(point) => context.border(patch, point),
+        None => context.inner(patch, vertex.uv),
+    };
+    let queries: Vec<Query> = vertices.iter().map(query).collect();
+    context.positions(&queries, key, false)
+}
+
+/// Shading normals of a displaced grid, from the grid itself and a ring of ghost vertices around it, so that they
+/// agree with those of the grid next to it on the same patch.
+fn displaced_normals(context: &DisplaceContext, piece: &Piece, points: &mut ShadingPoints) {
+    let PieceKind::Lattice { m, n, i, j } = piece.kind else { return };
+    let (width, height) = (usize::from(i[1] - i[0]) + 3, usize::from(j[1] - j[0]) + 3);
+    let (m, n) = (f32::from(m), f32::from(n));
+    let mut queries = Vec::with_capacity(width * height);
+    let mut exists = Vec::with_capacity(width * height);
+    for row in 0..height {
+        for column in 0..width {
+            let a = (f32::from(i[0]) + column as f32 - 1.0) / m;
+            let b = (f32::from(j[0]) + row as f32 - 1.0) / n;
+            let [u, v] = quad_uv(&piece.uv, a, b);
+            // Beyond the patch there is nothing to ask; a step of rounding beyond it still counts as on it.
+            let on_patch = [u, v].iter().all(|&c| (-1e-5..=1.0 + 1e-5).contains(&c));
+            exists.push(on_patch);
+            queries.push(context.inner(piece.patch, [u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]));
+        }
+    }
+    let placed = context.positions(&queries, 0, true);
+    let sign = context.infos[points_primitive(context, piece)].normal_sign;
+    for row in 1..height - 1 {
+        for column in 1..width - 1 {
+            let at = row * width + column;
+            let across = |step: usize| {
+                let (before, after) = (at - step, at + step);
+                let from = if exists[before] { before } else { at };
+                let to = if exists[after] { after } else { at };
+                placed[to] - placed[from]
+            };
+            let cross = across(1).cross(across(width)) * sign;
+            let length = cross.length();
+            // A grid that is folded to nothing keeps the normal of the surface below.
+            if length.is_finite() && length > f32::MIN_POSITIVE {
+                let vertex = (row - 1) * (width - 2) + column - 1;
+                points.n.set(vertex, cross / length);
+                points.ng.set(vertex, cross / length);
+            }
+        }
+    }
+}
+
+fn points_primitive(context: &DisplaceContext, piece: &Piece) -> usize {
+    context.frame.patches.patches[piece.patch as usize].primitive as usize
 }
 
 struct LatticeVertex {
@@ -183,18 +255,18 @@ fn place(grid: &mut Grid, camera: &RasterCamera, placed: &[Vec3], key: usize) {
 /// Normals, derivatives and parameters.
 fn shading_points(
     context: &SplitContext,
-    patch: &Patch,
+    patch_ix: u32,
     uv: &[[f32; 2]],
     info: &PrimitiveInfo,
 ) -> ShadingPoints {
-    let surface = context.patches.surface(patch, 0);
-    let [u0, u1, v0, v1] = patch.params;
+    let [u0, u1, v0, v1] = context.patches.patches[patch_ix as usize].params;
     let mut points = ShadingPoints::default();
     for &[u, v] in uv {
-        let at = surface.evaluate(u, v);
+        let at = context.surfaces.evaluate(patch_ix, 0, [u, v]);
         points.dpdu.push(at.du / (u1 - u0));
         points.dpdv.push(at.dv / (v1 - v0));
-        points.ng.push(normal(&surface, u, v) * info.normal_sign);
+        let normal = unit_normal(&at).unwrap_or_else(|| context.surfaces.normal(patch_ix, [u, v]));
+        points.ng.push(normal * info.normal_sign);
         points.u.push(u0 + (u1 - u0) * u);
         points.v.push(v0 + (v1 - v0) * v);
     }
@@ -202,65 +274,42 @@ fn shading_points(
     points
 }
 
-/// Unit normal dPdu x dPdv. Where it vanishes (a pole, a collapsed side), that of the nearest place towards the
-/// middle of the patch where it does not; zero for a surface without area.
-pub fn normal(surface: &Surface, u: f32, v: f32) -> Vec3 {
-    // Derivatives smaller than this part of the other one are rounding.
-    const DEGENERATE: f32 = 1e-6;
-    let mut step = 0.0f32;
-    for _ in 0..12 {
-        let at = surface.evaluate(u + (0.5 - u) * step, v + (0.5 - v) * step);
-        let (a, b) = (at.du.length_squared(), at.dv.length_squared());
-        let cross = at.du.cross(at.dv);
-        let length = cross.length();
-        let larger = a.max(b);
-        if length.is_finite() && length > DEGENERATE * larger && length > f32::MIN_POSITIVE {
-            return cross / length;
-        }
-        step = if step == 0.0 { 1.0 / 2048.0 } else { step * 2.0 };
-    }
-    Vec3::ZERO
-}
-
 /// Colour, opacity, texture coordinates and the rest of the primitive's variables.
 fn primitive_variables(
+    context: &SplitContext,
+    patch_ix: u32,
     points: &mut ShadingPoints,
     uv: &[[f32; 2]],
-    patch: &Patch,
     primitive: &Primitive,
     info: &PrimitiveInfo,
 ) {
-    let crate::scene::Geometry::Patches(mesh) = &primitive.geometry;
     let attributes = &primitive.attributes;
     points.cs = Vec3s::splat(Vec3::from_array(attributes.color), uv.len());
     points.os = Vec3s::splat(Vec3::from_array(attributes.opacity), uv.len());
-    let [a, b, c, d] = attributes.texture_coordinates;
-    let texture = PatchVar::corners([a, b, c, d].map(|st| st.to_vec()));
-    // Texture coordinates span the primitive, so they are read at its own (u, v).
-    let whole: Vec<[f32; 2]> = points.u.iter().zip(&points.v).map(|(&u, &v)| [u, v]).collect();
-    points.s = whole.iter().map(|&at| texture.evaluate(0, at)).collect();
-    points.t = whole.iter().map(|&at| texture.evaluate(1, at)).collect();
-    for var in &mesh.vars {
-        let Some(values) = PatchVar::new(mesh, var, patch.cell, &info.to_camera) else { continue };
-        let component = |c: usize| uv.iter().map(|&at| values.evaluate(c, at)).collect::<Vec<f32>>();
-        let three = || Vec3s { x: component(0), y: component(1), z: component(2) };
-        match (var.name.as_str(), values.num_floats) {
-            ("Cs", 3) => points.cs = three(),
-            ("Os", 3) => points.os = three(),
-            ("s", 1) => points.s = component(0),
-            ("t", 1) => points.t = component(0),
-            ("st", 2) => (points.s, points.t) = (component(0), component(1)),
-            ("N", 3) => points.n = three(),
-            (name, num_floats) => points.vars.push(PointVar {
-                name: name.into(),
-                num_floats,
-                values: uv
-                    .iter()
-                    .flat_map(|&at| (0..num_floats).map(move |c| (c, at)))
-                    .map(|(c, at)| values.evaluate(c, at))
-                    .collect(),
-            }),
-        }
+    (points.s, points.t) = texture_coordinates(context, patch_ix, uv, primitive, info);
+    each_variable(
+        context,
+        patch_ix,
+        uv,
+        primitive,
+        info,
+        |_| true,
+        |name, num_floats, floats| {
+            assign(points, name, num_floats, floats);
+        },
+    );
+}
+
+/// Puts a variable, `num_floats` floats a vertex, where shaders look for it.
+fn assign(points: &mut ShadingPoints, name: &str, num_floats: usize, floats: Vec<f32>) {
+    let component = |c: usize| floats.iter().skip(c).step_by(num_floats).copied().collect::<Vec<f32>>();
+    let three = || Vec3s { x: component(0), y: component(1), z: component(2) };
+    match (name, num_floats) {
+        ("Cs", 3) => points.cs = three(),
+        ("Os", 3) => points.os = three(),
+        ("s" | "t", 1) | ("st", 2) => {} // Texture coordinates have a rule of their own.
+        ("N", 3) => points.n = three(),
+        _ => points.vars.push(PointVar { name: name.into(), num_floats, values: floats }),
     }
 }
 

@@ -12,6 +12,7 @@ pub mod bound;
 pub mod clip;
 pub mod connect;
 pub mod dice;
+pub mod displace;
 pub mod grid;
 pub mod patch;
 pub mod patchify;

@@ -2,10 +2,13 @@
 //!
 //! In: made by `patchify`. Out: read by every later stage; never changed once `connect` is done.
 
-use glam::{Vec3, Vec4};
+use std::cell::RefCell;
+
+use glam::{DMat4, Vec3, Vec4};
 
 use crate::geometry::SurfacePoint;
 use crate::geometry::bezier::{Bicubic, Bilinear, ControlPoint};
+use crate::geometry::subdivision::{Evaluator, LimitSurface};
 
 use super::connect::EdgeUse;
 
@@ -16,6 +19,13 @@ pub enum Shape {
     Bilinear,
     /// Sixteen Bezier points, u first.
     Bicubic,
+    /// A base quad of a limit surface; it has no control points of its own.
+    Subdivision {
+        /// Entry of [`PatchTable::limits`].
+        limit: u32,
+        /// Base quad of that surface.
+        quad: u32,
+    },
 }
 
 impl Shape {
@@ -24,6 +34,7 @@ impl Shape {
         match self {
             Shape::Bilinear => 4,
             Shape::Bicubic => 16,
+            Shape::Subdivision { .. } => 0,
         }
     }
 }
@@ -49,6 +60,8 @@ pub struct Patch {
     pub params: [f32; 4],
     /// How far, in camera units, a welded neighbour's border may lie from this patch's own.
     pub slack: f32,
+    /// Whether displacement may move points of the patch or of its border.
+    pub is_displaced: bool,
 }
 
 /// All patches of a frame.
@@ -58,11 +71,32 @@ pub struct PatchTable {
     pub patches: Vec<Patch>,
     /// Control points, 3 or 4 floats each, in camera space.
     pub floats: Vec<f32>,
+    /// Limit surfaces of subdivision meshes.
+    pub limits: Vec<Limit>,
     /// Motion keys of every patch (1: still).
     pub num_keys: usize,
 }
 
-/// A patch's surface at one motion key, ready to evaluate.
+/// A subdivision mesh's limit surface and where it stands.
+#[derive(Debug, Clone)]
+pub struct Limit {
+    /// In object space.
+    pub surface: LimitSurface,
+    /// Object to camera space.
+    pub to_camera: DMat4,
+}
+
+impl Limit {
+    fn place(&self, p: Vec3) -> Vec3 {
+        self.to_camera.transform_point3(p.as_dvec3()).as_vec3()
+    }
+
+    fn turn(&self, v: Vec3) -> Vec3 {
+        self.to_camera.transform_vector3(v.as_dvec3()).as_vec3()
+    }
+}
+
+/// The surface of a patch with control points at one motion key, ready to evaluate.
 #[derive(Debug, Clone, Copy)]
 pub enum Surface {
     /// Bilinear.
@@ -76,21 +110,125 @@ pub enum Surface {
 }
 
 impl PatchTable {
-    /// The surface of `patch` at motion key `key`.
-    pub fn surface(&self, patch: &Patch, key: usize) -> Surface {
+    /// The surface of a patch with control points at motion key `key`.
+    pub fn control_surface(&self, patch: &Patch, key: usize) -> Option<Surface> {
         let width = if patch.rational { 4 } else { 3 };
         let len = width * patch.shape.num_points();
         let first = patch.first_float as usize + key * len;
         let floats = &self.floats[first..first + len];
         let p3 = |ix: usize| Vec3::from_slice(&floats[3 * ix..]);
         let p4 = |ix: usize| Vec4::from_slice(&floats[4 * ix..]);
-        match (patch.shape, patch.rational) {
+        Some(match (patch.shape, patch.rational) {
             (Shape::Bilinear, false) => Surface::Bilinear(Bilinear(std::array::from_fn(p3))),
             (Shape::Bilinear, true) => Surface::RationalBilinear(Bilinear(std::array::from_fn(p4))),
             (Shape::Bicubic, false) => Surface::Bicubic(Bicubic(std::array::from_fn(p3))),
             (Shape::Bicubic, true) => Surface::RationalBicubic(Bicubic(std::array::from_fn(p4))),
+            (Shape::Subdivision { .. }, _) => return None,
+        })
+    }
+}
+
+/// Patches that are kept ready at a time; neighbours are asked for in turn.
+const KEPT: usize = 32;
+
+/// Evaluates patches. One worker's own: it keeps the last patches that were asked for ready.
+pub struct Surfaces<'a> {
+    table: &'a PatchTable,
+    kept: RefCell<Vec<Option<(u32, Loaded<'a>)>>>,
+}
+
+enum Loaded<'a> {
+    /// One surface a key.
+    Control(Surface, Vec<Surface>),
+    Limit(Box<Evaluator<'a>>, &'a Limit),
+}
+
+impl<'a> Surfaces<'a> {
+    /// Nothing is ready yet.
+    pub fn new(table: &'a PatchTable) -> Self {
+        Surfaces { table, kept: RefCell::new((0..KEPT).map(|_| None).collect()) }
+    }
+
+    fn with<R>(&self, patch: u32, ask: impl FnOnce(&mut Loaded<'a>) -> R) -> R {
+        let mut kept = self.kept.borrow_mut();
+        let slot = &mut kept[patch as usize % KEPT];
+        match slot {
+            Some((known, loaded)) if *known == patch => ask(loaded),
+            _ => ask(&mut slot.insert((patch, self.load(patch))).1),
         }
     }
+
+    fn load(&self, patch: u32) -> Loaded<'a> {
+        let table = self.table;
+        let patch = &table.patches[patch as usize];
+        if let Shape::Subdivision { limit, quad } = patch.shape {
+            let limit = &table.limits[limit as usize];
+            return Loaded::Limit(Box::new(limit.surface.evaluator(quad)), limit);
+        }
+        let surface = |key| table.control_surface(patch, key).expect("every other shape has control points");
+        Loaded::Control(surface(0), (1..table.num_keys).map(surface).collect())
+    }
+
+    /// Position and derivatives of a patch at motion key `key` and (u, v) in [0, 1]^2, in camera space.
+    pub fn evaluate(&self, patch: u32, key: usize, [u, v]: [f32; 2]) -> SurfacePoint {
+        self.with(patch, |loaded| match loaded {
+            Loaded::Control(surface, _) if key == 0 => surface.evaluate(u, v),
+            Loaded::Control(_, later) => later[key - 1].evaluate(u, v),
+            Loaded::Limit(evaluator, limit) => {
+                let at = evaluator.evaluate(key, u, v);
+                SurfacePoint { p: limit.place(at.p), du: limit.turn(at.dp_du), dv: limit.turn(at.dp_dv) }
+            }
+        })
+    }
+
+    /// Calls `visit` with camera-space points whose convex hull holds the patch over `u` x `v` at a key.
+    pub fn hull(&self, patch: u32, key: usize, u: [f32; 2], v: [f32; 2], mut visit: impl FnMut(Vec3)) {
+        self.with(patch, |loaded| match loaded {
+            Loaded::Control(surface, _) if key == 0 => surface.hull(u, v, visit),
+            Loaded::Control(_, later) => later[key - 1].hull(u, v, visit),
+            Loaded::Limit(evaluator, limit) => {
+                let bounds = evaluator.bounds(key, u, v);
+                for corner in 0..8 {
+                    let pick = |bit: u32, c: usize| {
+                        if corner >> bit & 1 == 0 { bounds.min[c] } else { bounds.max[c] }
+                    };
+                    visit(limit.place(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))));
+                }
+            }
+        });
+    }
+
+    /// Unit normal dPdu x dPdv at key 0. Where it vanishes (a pole, a collapsed side), that of the nearest place
+    /// towards the middle of the patch where it does not; zero for a surface without area.
+    pub fn normal(&self, patch: u32, [u, v]: [f32; 2]) -> Vec3 {
+        let mut step = 0.0f32;
+        for _ in 0..12 {
+            let at = self.evaluate(patch, 0, [u + (0.5 - u) * step, v + (0.5 - v) * step]);
+            if let Some(normal) = unit_normal(&at) {
+                return normal;
+            }
+            step = if step == 0.0 { 1.0 / 2048.0 } else { step * 2.0 };
+        }
+        Vec3::ZERO
+    }
+
+    /// Variable `var` of a subdivision mesh at (u, v) of a base quad; `false` where it has no value there.
+    pub fn limit_var(&self, patch: u32, var: usize, [u, v]: [f32; 2], out: &mut [f32]) -> bool {
+        self.with(patch, |loaded| match loaded {
+            Loaded::Control(..) => false,
+            Loaded::Limit(evaluator, _) => evaluator.var(var, u, v, out),
+        })
+    }
+}
+
+/// Unit normal du x dv, unless one of them vanishes or they are parallel.
+pub fn unit_normal(at: &SurfacePoint) -> Option<Vec3> {
+    // Derivatives smaller than this part of the other one are rounding.
+    const DEGENERATE: f32 = 1e-6;
+    let cross = at.du.cross(at.dv);
+    let length = cross.length();
+    let larger = at.du.length_squared().max(at.dv.length_squared());
+    (length.is_finite() && length > DEGENERATE * larger && length > f32::MIN_POSITIVE).then(|| cross / length)
 }
 
 impl Surface {

@@ -3,13 +3,16 @@
 //! In: `Scene`. Out: `PatchTable` without connections, and warnings about what cannot be drawn. Every cubic
 //! basis becomes Bezier, whose control points bound the surface closely.
 
+use std::sync::Arc;
+
 use glam::{DMat4, DVec3, DVec4};
 
 use crate::geometry::bezier::to_bezier;
+use crate::geometry::subdivision::LimitSurface;
 use crate::scene::{Geometry, PatchBasis, PatchKind, PatchMesh, Points, Scene};
 
 use super::connect::EdgeUse;
-use super::patch::{Patch, PatchTable, Shape};
+use super::patch::{Limit, Patch, PatchTable, Shape};
 
 /// Turns all primitives of `scene` into patches. Warnings name the object.
 pub fn patchify(scene: &Scene) -> (PatchTable, Vec<String>) {
@@ -18,13 +21,43 @@ pub fn patchify(scene: &Scene) -> (PatchTable, Vec<String>) {
     let world_to_camera = *scene.camera.world_to_camera.first();
     for (ix, primitive) in scene.primitives.iter().enumerate() {
         let to_camera = world_to_camera * *primitive.to_world.first();
-        let Geometry::Patches(mesh) = &primitive.geometry;
-        let result = sheet(mesh, ix as u32, &to_camera, &mut table);
-        if let Err(problem) = result {
+        let mut warn = |problem: &dyn std::fmt::Display| {
             warnings.push(format!("{}: {problem}", primitive.attributes.object_name(ix)));
+        };
+        match &primitive.geometry {
+            Geometry::Patches(mesh) => {
+                if let Err(problem) = sheet(mesh, ix as u32, &to_camera, &mut table) {
+                    warn(&problem);
+                }
+            }
+            Geometry::Subdivision(mesh) => {
+                let (surface, problems) = LimitSurface::new(Arc::clone(mesh));
+                problems.iter().for_each(|problem| warn(problem));
+                base_quads(surface, ix as u32, to_camera, &mut table);
+            }
         }
     }
     (table, warnings)
+}
+
+/// One patch for each base quad of a limit surface.
+fn base_quads(surface: LimitSurface, primitive: u32, to_camera: DMat4, table: &mut PatchTable) {
+    let limit = table.limits.len() as u32;
+    for quad in 0..surface.num_quads() as u32 {
+        table.patches.push(Patch {
+            primitive,
+            cell: [surface.quad(quad).source_face, 0],
+            shape: Shape::Subdivision { limit, quad },
+            rational: false,
+            first_float: 0,
+            edges: [EdgeUse::default(); 4],
+            corners: [0; 4],
+            params: [0.0, 1.0, 0.0, 1.0],
+            slack: 0.0,
+            is_displaced: false,
+        });
+    }
+    table.limits.push(Limit { surface, to_camera });
 }
 
 fn sheet(mesh: &PatchMesh, primitive: u32, to_camera: &DMat4, table: &mut PatchTable) -> Result<(), String> {
@@ -69,6 +102,7 @@ fn sheet(mesh: &PatchMesh, primitive: u32, to_camera: &DMat4, table: &mut PatchT
                 corners: [0; 4],
                 params: [u0, u1, v0, v1],
                 slack: 0.0,
+                is_displaced: false,
             });
         }
     }

@@ -5,9 +5,11 @@
 
 use glam::{DMat4, DVec3};
 
-use crate::scene::{Class, PatchKind, PatchMesh, PrimVar, VarType, VarValues};
+use crate::scene::{Class, Geometry, PatchKind, PatchMesh, PrimVar, Primitive, VarType, VarValues};
 
+use super::dice::PrimitiveInfo;
 use super::patchify::change_basis;
+use super::split::SplitContext;
 
 /// A variable of one patch, ready to evaluate.
 #[derive(Debug, Clone)]
@@ -139,5 +141,72 @@ fn to_space(raw: &[f32], ty: VarType, to_camera: &DMat4) -> Vec<f32> {
             each(&|p| normal_matrix.transform_vector3(p))
         }
         _ => raw.to_vec(),
+    }
+}
+
+/// Texture coordinates s and t at places of a patch: the primitive's "st", or "s" and "t", or what its attributes
+/// span over its own (u, v).
+pub fn texture_coordinates(
+    context: &SplitContext,
+    patch_ix: u32,
+    uv: &[[f32; 2]],
+    primitive: &Primitive,
+    info: &PrimitiveInfo,
+) -> (Vec<f32>, Vec<f32>) {
+    let patch = &context.patches.patches[patch_ix as usize];
+    let [u0, u1, v0, v1] = patch.params;
+    let [a, b, c, d] = primitive.attributes.texture_coordinates;
+    let spanned = PatchVar::corners([a, b, c, d].map(|st| st.to_vec()));
+    // Texture coordinates span the primitive, so they are read at its own (u, v).
+    let own = |component: usize| -> Vec<f32> {
+        let whole = |[u, v]: [f32; 2]| [u0 + (u1 - u0) * u, v0 + (v1 - v0) * v];
+        uv.iter().map(|&at| spanned.evaluate(component, whole(at))).collect()
+    };
+    let mut st = [None, None];
+    let wanted = |name: &str| matches!(name, "s" | "t" | "st");
+    each_variable(context, patch_ix, uv, primitive, info, wanted, |name, num_floats, floats| {
+        match (name, num_floats) {
+            ("s", 1) => st[0] = Some(floats),
+            ("t", 1) => st[1] = Some(floats),
+            ("st", 2) => st = [0, 1].map(|c| Some(floats.iter().skip(c).step_by(2).copied().collect())),
+            _ => {}
+        }
+    });
+    let [s, t] = st;
+    (s.unwrap_or_else(|| own(0)), t.unwrap_or_else(|| own(1)))
+}
+
+/// Evaluates the primitive's float variables whose names are `wanted` at places of a patch, and hands each to
+/// `take` with its name, floats a place, and values place after place.
+pub fn each_variable(
+    context: &SplitContext,
+    patch_ix: u32,
+    uv: &[[f32; 2]],
+    primitive: &Primitive,
+    info: &PrimitiveInfo,
+    wanted: impl Fn(&str) -> bool,
+    mut take: impl FnMut(&str, usize, Vec<f32>),
+) {
+    match &primitive.geometry {
+        Geometry::Patches(mesh) => {
+            let cell = context.patches.patches[patch_ix as usize].cell;
+            for var in mesh.vars.iter().filter(|var| wanted(&var.name)) {
+                let Some(values) = PatchVar::new(mesh, var, cell, &info.to_camera) else { continue };
+                let all = uv.iter().flat_map(|&at| (0..values.num_floats).map(move |c| (c, at)));
+                take(&var.name, values.num_floats, all.map(|(c, at)| values.evaluate(c, at)).collect());
+            }
+        }
+        Geometry::Subdivision(mesh) => {
+            for (ix, var) in mesh.vars.iter().enumerate().filter(|(_, var)| wanted(&var.name)) {
+                let num_floats = var.ty.num_floats() * var.array_len as usize;
+                let mut floats = vec![0.0; uv.len() * num_floats];
+                let mut values = uv.iter().zip(floats.chunks_exact_mut(num_floats.max(1)));
+                if num_floats > 0
+                    && values.all(|(&at, out)| context.surfaces.limit_var(patch_ix, ix, at, out))
+                {
+                    take(&var.name, num_floats, to_space(&floats, var.ty, &info.to_camera));
+                }
+            }
+        }
     }
 }

@@ -14,8 +14,8 @@ use glam::Vec3;
 
 use crate::geometry::RasterCamera;
 
-use super::connect::EdgeTable;
-use super::patch::{CORNER_UV, Patch, PatchTable, SIDE_CORNERS, side_uv};
+use super::connect::{EdgeTable, Part};
+use super::patch::{CORNER_UV, Patch, PatchTable, Surfaces, side_uv};
 use super::rate::{MAX_LEVEL, Rate, polyline_segments, rate};
 
 /// A point that every piece touching it computes alike.
@@ -93,7 +93,7 @@ impl Side {
 }
 
 /// A quotient of integers as a parameter: the same bits for the same rational number.
-fn parameter(numerator: u64, denominator: u64) -> f32 {
+pub fn parameter(numerator: u64, denominator: u64) -> f32 {
     (numerator as f64 / denominator as f64) as f32
 }
 
@@ -140,11 +140,12 @@ pub enum Fate {
     Split([Piece; 2]),
 }
 
-/// What splitting needs to know of the frame.
-#[derive(Debug, Clone, Copy)]
+/// What splitting needs to know of the frame; one a worker.
 pub struct SplitContext<'a> {
     /// Patches.
     pub patches: &'a PatchTable,
+    /// The same patches, ready to evaluate.
+    pub surfaces: Surfaces<'a>,
     /// Edges.
     pub edges: &'a EdgeTable,
     /// The camera.
@@ -176,7 +177,12 @@ impl<'a> SplitContext<'a> {
         let sides = std::array::from_fn(|side| {
             let used = patch.edges[side];
             let line = Line::Border { edge: used.edge, side: side as u8 };
-            self.part_of_line(patch_ix, line, [0, 0], 0, used.reversed)
+            let (level, part) = match used.along.part {
+                Part::Whole => (0, 0),
+                Part::First => (1, 0),
+                Part::Second => (1, 1),
+            };
+            self.part_of_line(patch_ix, line, [level, level], part, used.along.reversed)
         });
         Piece { patch: patch_ix, path: 1, kind: PieceKind::Quad, uv: CORNER_UV, sides }
     }
@@ -199,12 +205,18 @@ impl<'a> SplitContext<'a> {
         };
         let measured = self.measure(patch, line, point);
         let rate = match measured {
+            // Another patch ends at the edge's middle.
+            _ if level == 0 && self.is_halved(line) => Rate::Uneven,
             Rate::Eye if cuts >= self.eye_splits => Rate::Even(1),
             Rate::Uneven if cuts >= MAX_LEVEL => Rate::Even(1),
             other => other,
         };
         let last = if let Rate::Even(k) = rate { k } else { 1 };
         Side { line, level, part, cuts, rate, first: 0, last, reversed }
+    }
+
+    fn is_halved(&self, line: Line) -> bool {
+        matches!(line, Line::Border { edge, .. } if self.edges.edges[edge as usize].halved)
     }
 
     fn measure(&self, patch: u32, line: Line, point: impl FnMut(f32) -> Vec3) -> Rate {
@@ -228,10 +240,11 @@ impl<'a> SplitContext<'a> {
     fn point_on(&self, patch: u32, line: Line, numerator: u64, denominator: u64) -> PointRef {
         match line {
             Line::Border { edge, .. } => {
-                let corners = self.edges.edges[edge as usize].corners;
+                let known = &self.edges.edges[edge as usize];
                 match numerator {
-                    0 => PointRef::Corner(corners[0]),
-                    n if n == denominator => PointRef::Corner(corners[1]),
+                    0 => PointRef::Corner(known.corners[0]),
+                    n if n == denominator => PointRef::Corner(known.corners[1]),
+                    n if known.halved && 2 * n == denominator => PointRef::Corner(known.middle),
                     _ => PointRef::Edge { edge, numerator, denominator },
                 }
             }
@@ -245,9 +258,9 @@ impl<'a> SplitContext<'a> {
     fn line_uv(&self, patch: u32, line: Line, numerator: u64, denominator: u64) -> [f32; 2] {
         match line {
             Line::Border { side, .. } => {
-                let reversed = self.patch(patch).edges[side as usize].reversed;
-                let along = if reversed { denominator - numerator } else { numerator };
-                side_uv(side as usize, parameter(along, denominator))
+                let along = self.patch(patch).edges[side as usize].along;
+                let (numerator, denominator) = along.own(numerator, denominator);
+                side_uv(side as usize, parameter(numerator, denominator))
             }
             Line::Inner { uv: [from, to], .. } => {
                 let t = parameter(numerator, denominator);
@@ -267,20 +280,28 @@ impl<'a> SplitContext<'a> {
         )
     }
 
-    /// Camera-space position of a point at a motion key. `patch` is used for points inside it only.
-    pub fn position(&self, patch: u32, point: PointRef, key: usize) -> Vec3 {
-        let at = |patch: &Patch, [u, v]: [f32; 2]| self.patches.surface(patch, key).evaluate(u, v).p;
+    /// The patch that a point is evaluated on, and where: its owner's, or `patch` inside it.
+    pub fn place(&self, patch: u32, point: PointRef) -> (u32, [f32; 2]) {
         match point {
             PointRef::Corner(corner) => {
                 let corner = self.edges.corners[corner as usize];
-                at(self.patch(corner.owner), CORNER_UV[corner.corner as usize])
+                (corner.owner, CORNER_UV[corner.corner as usize])
             }
             PointRef::Edge { edge, numerator, denominator } => {
-                let edge = &self.edges.edges[edge as usize];
-                at(self.patch(edge.owner), side_uv(edge.side as usize, parameter(numerator, denominator)))
+                let second_half = 2 * numerator > denominator;
+                let owner = self.edges.edges[edge as usize].owners[usize::from(second_half)];
+                let (numerator, denominator) = owner.along.own(numerator, denominator);
+                (owner.patch, side_uv(owner.side as usize, parameter(numerator, denominator)))
             }
-            PointRef::Inside(uv) => at(self.patch(patch), uv),
+            PointRef::Inside(uv) => (patch, uv),
         }
+    }
+
+    /// Camera-space position of a point at a motion key, not displaced. `patch` is used for points inside it
+    /// only.
+    pub fn position(&self, patch: u32, point: PointRef, key: usize) -> Vec3 {
+        let (patch, uv) = self.place(patch, point);
+        self.surfaces.evaluate(patch, key, uv).p
     }
 
     /// Decides whether `piece` is diced, and how finely, or cuts it.
@@ -335,11 +356,10 @@ impl<'a> SplitContext<'a> {
         let segment_px = self.segment_px(self.shading_rate[patch.primitive as usize]);
         let mut size = [segments[0].max(1), segments[1].max(1)];
         for key in 0..self.patches.num_keys {
-            let surface = self.patches.surface(patch, key);
             let points: [[Vec3; 5]; 5] = std::array::from_fn(|b| {
                 std::array::from_fn(|a| {
-                    let [u, v] = quad_uv(&piece.uv, a as f32 / 4.0, b as f32 / 4.0);
-                    surface.evaluate(u, v).p
+                    let uv = quad_uv(&piece.uv, a as f32 / 4.0, b as f32 / 4.0);
+                    self.surfaces.evaluate(piece.patch, key, uv).p
                 })
             });
             for (line, row) in points.iter().enumerate().take(4).skip(1) {
@@ -356,8 +376,7 @@ impl<'a> SplitContext<'a> {
 
     /// Whether the piece spans more of u than of v, where lengths on screen are not known.
     fn is_wider(&self, piece: &Piece) -> bool {
-        let surface = self.patches.surface(self.patch(piece.patch), 0);
-        let corner = piece.uv.map(|[u, v]| surface.evaluate(u, v).p);
+        let corner = piece.uv.map(|uv| self.surfaces.evaluate(piece.patch, 0, uv).p);
         let width = (corner[1] - corner[0]).length() + (corner[3] - corner[2]).length();
         let height = (corner[2] - corner[0]).length() + (corner[3] - corner[1]).length();
         if width == height { piece.sides[0].level <= piece.sides[1].level } else { width > height }
@@ -439,19 +458,4 @@ pub fn uv_box(piece: &Piece) -> ([f32; 2], [f32; 2]) {
         [values.into_iter().fold(1.0, f32::min), values.into_iter().fold(0.0, f32::max)]
     };
     (range(0), range(1))
-}
-
-/// Corners of a patch at the ends of its sides, checked against the edge table (for debugging).
-pub fn debug_check_corners(patch: &Patch, edges: &EdgeTable) {
-    for (side, used) in patch.edges.iter().enumerate() {
-        let mut ends = edges.edges[used.edge as usize].corners;
-        if used.reversed {
-            ends.reverse();
-        }
-        debug_assert_eq!(
-            ends,
-            SIDE_CORNERS[side].map(|c| patch.corners[c]),
-            "edge and corner welds disagree"
-        );
-    }
 }

@@ -21,6 +21,7 @@ pub mod nomotion;
 pub mod pattern;
 pub mod region;
 pub mod shutter;
+mod sobol;
 pub mod strata;
 pub mod transparent;
 

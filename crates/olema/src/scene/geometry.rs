@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Keyed;
+use super::{Keyed, SubdivisionMesh};
 
 /// A shape.
 #[derive(Debug, Clone)]
@@ -10,6 +10,8 @@ use super::Keyed;
 pub enum Geometry {
     /// A patch or a sheet of patches.
     Patches(Arc<PatchMesh>),
+    /// A subdivision surface.
+    Subdivision(Arc<SubdivisionMesh>),
 }
 
 /// Control points of a sheet.

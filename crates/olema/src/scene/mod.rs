@@ -5,15 +5,17 @@
 //! x right, y up, z into the picture) -> *raster* (pixels, y down).
 
 mod geometry;
+mod subdivision;
 
 pub use geometry::{Class, Geometry, PatchBasis, PatchKind, PatchMesh, Points, PrimVar, VarType, VarValues};
+pub use subdivision::{BoundaryRule, Crease, CreaseMethod, FaceVaryingRule, Scheme, SubdivisionMesh};
 
 use std::sync::Arc;
 
 use glam::DMat4;
 
 use crate::error::Error;
-use crate::shading::{LightShader, SurfaceShader};
+use crate::shading::{DisplacementShader, LightShader, SurfaceShader};
 
 /// A value at one or more times, in ascending order of time. One key is a value that does not change.
 #[derive(Debug, Clone, PartialEq)]
@@ -238,6 +240,12 @@ pub struct Attributes {
     pub opacity: [f32; 3],
     /// Surface shader.
     pub surface: Arc<dyn SurfaceShader>,
+    /// Displacement or bump shader.
+    pub displacement: Option<Arc<dyn DisplacementShader>>,
+    /// How far displacement may move a point, in object space, as the file says
+    /// (`Attribute "displacementbound"`); where the shader knows its amplitude, the smaller of both counts.
+    /// 0 leaves it to the shader.
+    pub displacement_bound: f32,
     /// Indices into [`Scene::lights`] of the lights that are on.
     pub lights: Arc<[u32]>,
     /// Area of a micropolygon in pixels, above 0.
@@ -275,6 +283,8 @@ impl Default for Attributes {
             color: [1.0; 3],
             opacity: [1.0; 3],
             surface: crate::shading::default_surface(),
+            displacement: None,
+            displacement_bound: 0.0,
             lights: Arc::from([]),
             shading_rate: 1.0,
             shading_interpolation: ShadingInterpolation::default(),

@@ -4,10 +4,14 @@
 //! need be shaded. Everything is in camera space, the RenderMan "current" space: the eye is at the origin and
 //! looks along +z.
 
+mod displacement;
+mod displacers;
 mod light;
 mod params;
 mod reflect;
+mod space;
 mod surface;
+mod texture;
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -17,9 +21,13 @@ use glam::{DMat4, Vec3};
 use crate::error::Error;
 use crate::math::Vec3s;
 
+pub use displacement::{DisplacementPoints, DisplacementShader};
+pub use displacers::{DISPLACEMENTS, Images};
 pub use light::LIGHTS;
 pub use params::{ParamValue, ShaderParam};
+pub use space::{displacement_in_space, largest_stretch};
 pub use surface::SURFACES;
+pub use texture::TextureImage;
 
 use params::Params;
 
@@ -185,6 +193,15 @@ pub struct MadeLight {
     pub warnings: Vec<String>,
 }
 
+/// A displacement shader and what its author should know.
+#[derive(Debug, Clone)]
+pub struct MadeDisplacement {
+    /// The shader.
+    pub shader: Arc<dyn DisplacementShader>,
+    /// Parameters that it does not have or that were out of range.
+    pub warnings: Vec<String>,
+}
+
 /// Makes a surface shader, one of [`SURFACES`].
 ///
 /// # Errors
@@ -204,6 +221,29 @@ pub fn light(name: &str, given: &[ShaderParam]) -> Result<MadeLight, Error> {
     let mut params = Params::new("light", name, given);
     let shader = light::make(name, &mut params)?.ok_or_else(|| unknown("light", name, &LIGHTS))?;
     Ok(MadeLight { shader, warnings: params.finish() })
+}
+
+/// Makes a displacement shader, one of [`DISPLACEMENTS`], without images: those that need one are refused.
+///
+/// # Errors
+/// As [`surface`].
+pub fn displacement(name: &str, given: &[ShaderParam]) -> Result<MadeDisplacement, Error> {
+    displacement_with_images(name, given, &|image| Err(format!("image \"{image}\": no images are at hand")))
+}
+
+/// Makes a displacement shader, one of [`DISPLACEMENTS`]; `images` is asked for the images that it names.
+///
+/// # Errors
+/// As [`surface`], and where an image that the shader needs is missing.
+pub fn displacement_with_images(
+    name: &str,
+    given: &[ShaderParam],
+    images: &Images,
+) -> Result<MadeDisplacement, Error> {
+    let mut params = Params::new("displacement", name, given);
+    let made = displacers::make(name, &mut params, images)?;
+    let shader = made.ok_or_else(|| unknown("displacement", name, &DISPLACEMENTS))?;
+    Ok(MadeDisplacement { shader, warnings: params.finish() })
 }
 
 fn unknown(kind: &str, name: &str, known: &[&str]) -> Error {

@@ -133,6 +133,17 @@ impl<'a> Params<'a> {
         Ok(self.floats(name, &types, "float with 1 finite number", [default])?[0])
     }
 
+    /// A float that is clamped to a range, with a warning.
+    pub fn float_within(&mut self, name: &'static str, default: f32, range: [f32; 2]) -> Result<f32, Error> {
+        let value = self.float(name, default)?;
+        let [least, most] = range;
+        let clamped = value.clamp(least, most);
+        if clamped != value {
+            self.warn(&format!("{name} is {value}: expected {least} to {most}, taken as {clamped}"));
+        }
+        Ok(clamped)
+    }
+
     /// A colour, by default gray.
     pub fn color(&mut self, name: &'static str, default: f32) -> Result<Vec3, Error> {
         let expected = "color with 3 finite numbers";
@@ -145,6 +156,12 @@ impl<'a> Params<'a> {
         Ok(self.floats(name, &[VarType::Point], expected, default.to_array())?.into())
     }
 
+    /// A vector, which may be declared as a point or normal too.
+    pub fn vector(&mut self, name: &'static str, default: Vec3) -> Result<Vec3, Error> {
+        let types = [VarType::Vector, VarType::Point, VarType::Normal];
+        Ok(self.floats(name, &types, "vector with 3 finite numbers", default.to_array())?.into())
+    }
+
     /// A string, by default empty.
     pub fn string(&mut self, name: &'static str) -> Result<&'a str, Error> {
         let Some(param) = self.find(name) else { return Ok("") };
@@ -152,6 +169,11 @@ impl<'a> Params<'a> {
             ParamValue::Strings(values) if param.ty == VarType::String && values.len() == 1 => Ok(&values[0]),
             _ => Err(self.wrong(param, "string with 1 string")),
         }
+    }
+
+    /// An error that names the shader.
+    pub fn error(&self, text: &str) -> Error {
+        Error::Shader(format!("{} \"{}\": {text}", self.kind, self.shader))
     }
 
     /// Notes something that the scene's author should know.

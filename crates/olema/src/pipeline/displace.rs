@@ -1,0 +1,306 @@
+//! Displace: moves points along what a displacement shader says.
+//!
+//! In: points of patches, as (patch, u, v) with the shading rate that holds there. Out: their positions in
+//! camera space. A point on a welded edge or corner is asked for on its owner, with inputs that are functions of
+//! the edge alone: the owner's texture coordinates, the sum of the normals of all patches that meet there, and a
+//! filter width that follows from the place and the edge's finest rate. Whoever dices it gets the same bits.
+//!
+//! The filter width is the side of a micropolygon at the point's depth. That needs no step along the edge, so
+//! corners need no rule of their own, and a grid's own resolution never enters.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use glam::{DMat4, DVec3, Vec3};
+
+use crate::geometry::SurfacePoint;
+use crate::scene::{Primitive, Scene};
+use crate::shading::{DisplacementPoints, DisplacementShader};
+
+use super::connect::EdgeTable;
+use super::dice::PrimitiveInfo;
+use super::patch::{CORNER_UV, PatchTable, side_uv, unit_normal};
+use super::primvar::texture_coordinates;
+use super::split::{PointRef, SplitContext};
+
+/// A primitive's displacement, ready to use.
+#[derive(Debug, Clone)]
+pub struct Displacer {
+    shader: Arc<dyn DisplacementShader>,
+    to_camera: DMat4,
+    to_object: DMat4,
+    /// Largest length of an offset that is let through, in object space.
+    pub bound: f32,
+    /// The same in camera space.
+    pub bound_cam: f32,
+    /// Only normals follow.
+    pub is_bump: bool,
+}
+
+impl Displacer {
+    /// The displacement of `primitive`, if it has one. The bound is the shader's amplitude where it knows it,
+    /// and the smaller of that and the file's where both are given.
+    pub fn new(primitive: &Primitive, to_camera: DMat4) -> Option<Self> {
+        let attributes = &primitive.attributes;
+        let shader = Arc::clone(attributes.displacement.as_ref()?);
+        let given = attributes.displacement_bound;
+        let bound = match shader.amplitude() {
+            Some(known) if given > 0.0 => known.abs().min(given),
+            Some(known) => known.abs(),
+            None => given.max(0.0),
+        };
+        let to_object = to_camera.inverse();
+        if !to_object.is_finite() || !bound.is_finite() {
+            return None;
+        }
+        // No vector grows by more than the Frobenius norm.
+        let columns = [to_camera.x_axis, to_camera.y_axis, to_camera.z_axis];
+        let stretch = columns.iter().map(|c| c.truncate().length_squared()).sum::<f64>().sqrt();
+        let is_bump = shader.is_bump();
+        let bound_cam = if is_bump { 0.0 } else { (f64::from(bound) * stretch * 1.0001) as f32 };
+        Some(Displacer { shader, to_camera, to_object, bound, bound_cam, is_bump })
+    }
+}
+
+/// What displacement had to correct, per primitive.
+#[derive(Debug, Clone, Default)]
+pub struct Corrections {
+    /// Primitive, largest length that was asked for beyond the bound (0: none), whether an offset was not finite.
+    entries: Vec<(u32, f32, bool)>,
+}
+
+impl Corrections {
+    fn note(&mut self, primitive: u32, needed: f32, not_finite: bool) {
+        match self.entries.iter_mut().find(|(p, ..)| *p == primitive) {
+            Some((_, most, bad)) => {
+                *most = most.max(needed);
+                *bad |= not_finite;
+            }
+            None => self.entries.push((primitive, needed, not_finite)),
+        }
+    }
+
+    /// Adds another worker's.
+    pub fn add(&mut self, other: &Corrections) {
+        other.entries.iter().for_each(|&(primitive, needed, bad)| self.note(primitive, needed, bad));
+    }
+
+    /// A sentence for each primitive, in the scene's order.
+    pub fn warnings(&self, scene: &Scene, infos: &[PrimitiveInfo]) -> Vec<String> {
+        let mut entries = self.entries.clone();
+        entries.sort_unstable_by_key(|(primitive, ..)| *primitive);
+        let mut warnings = Vec::new();
+        for (primitive, needed, not_finite) in entries {
+            let ix = primitive as usize;
+            let name = scene.primitives[ix].attributes.object_name(ix);
+            let bound = infos[ix].displacement.as_ref().map_or(0.0, |d| d.bound);
+            if needed > 0.0 {
+                warnings.push(format!(
+                    "{name}: displacement went beyond its bound of {bound} and was clamped; {needed} is needed"
+                ));
+            }
+            if not_finite {
+                warnings
+                    .push(format!("{name}: displacement was not a finite number; 0 was taken in its place"));
+            }
+        }
+        warnings
+    }
+}
+
+/// A point to place: where, and how finely it is sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Query {
+    /// The patch it is evaluated on.
+    pub patch: u32,
+    /// Where on the patch.
+    pub uv: [f32; 2],
+    /// Unit normal of the surface there in camera space, turned by the orientation attribute.
+    pub normal: Vec3,
+    /// Area of a micropolygon in pixels.
+    pub shading_rate: f32,
+}
+
+/// What displacing needs besides what splitting knows.
+#[derive(Clone, Copy)]
+pub struct DisplaceContext<'a, 'f> {
+    /// The frame.
+    pub frame: &'a SplitContext<'f>,
+    /// The scene.
+    pub scene: &'a Scene,
+    /// All primitives.
+    pub infos: &'a [PrimitiveInfo],
+    /// Where corrections are noted.
+    pub corrections: &'a RefCell<Corrections>,
+}
+
+impl DisplaceContext<'_, '_> {
+    fn info(&self, patch: u32) -> (u32, &PrimitiveInfo) {
+        let primitive = self.frame.patches.patches[patch as usize].primitive;
+        (primitive, &self.infos[primitive as usize])
+    }
+
+    /// Whether any point of a patch, its border included, may move.
+    pub fn is_displaced(&self, patch: u32) -> bool {
+        self.frame.patches.patches[patch as usize].is_displaced
+    }
+
+    /// The normal of one patch at (u, v), turned by its orientation.
+    fn own_normal(&self, patch: u32, uv: [f32; 2], at: &SurfacePoint) -> Vec3 {
+        let normal = unit_normal(at).unwrap_or_else(|| self.frame.surfaces.normal(patch, uv));
+        normal * self.info(patch).1.normal_sign
+    }
+
+    /// A point inside the patch.
+    pub fn inner(&self, patch: u32, uv: [f32; 2]) -> Query {
+        let at = self.frame.surfaces.evaluate(patch, 0, uv);
+        let shading_rate = self.frame.shading_rate[self.info(patch).0 as usize];
+        Query { patch, uv, normal: self.own_normal(patch, uv, &at), shading_rate }
+    }
+
+    /// A point of a side: on its owner, with the sum of all normals that meet there.
+    pub fn border(&self, patch: u32, point: PointRef) -> Query {
+        let (owner, uv) = self.frame.place(patch, point);
+        let mut query = self.inner(owner, uv);
+        let edges = self.frame.edges;
+        let normal_of = |patch: u32, uv: [f32; 2]| self.inner(patch, uv).normal;
+        let sum: Vec3 = match point {
+            PointRef::Inside(_) => return query,
+            PointRef::Corner(corner) => {
+                query.shading_rate = edges.corners[corner as usize].shading_rate;
+                let users = edges.corner_users(corner).iter();
+                users.map(|user| normal_of(user.patch, CORNER_UV[user.corner as usize])).sum()
+            }
+            PointRef::Edge { edge, numerator, denominator } => {
+                query.shading_rate = edges.edges[edge as usize].shading_rate;
+                let users =
+                    edges.edge_users(edge).iter().filter(|user| user.along.has(numerator, denominator));
+                users
+                    .map(|user| {
+                        let (numerator, denominator) = user.along.own(numerator, denominator);
+                        let t = super::split::parameter(numerator, denominator);
+                        normal_of(user.patch, side_uv(user.side as usize, t))
+                    })
+                    .sum()
+            }
+        };
+        let length = sum.length();
+        // Sides that face each other leave nothing: the owner's normal stands then.
+        if length > 1e-3 {
+            query.normal = sum / length;
+        }
+        query
+    }
+
+    /// Positions in camera space at motion key `key`, displaced; `bump` says whether by bump shaders too.
+    pub fn positions(&self, queries: &[Query], key: usize, bump: bool) -> Vec<Vec3> {
+        let mut placed = vec![Vec3::ZERO; queries.len()];
+        let mut order: Vec<usize> = (0..queries.len()).collect();
+        order.sort_by_key(|&ix| queries[ix].patch);
+        for group in order.chunk_by(|&a, &b| queries[a].patch == queries[b].patch) {
+            self.displace_group(queries, group, [key, usize::from(bump)], &mut placed);
+        }
+        placed
+    }
+
+    /// Displaces points of one patch.
+    fn displace_group(
+        &self,
+        queries: &[Query],
+        group: &[usize],
+        [key, bump]: [usize; 2],
+        placed: &mut [Vec3],
+    ) {
+        let patch = queries[group[0]].patch;
+        let (primitive_ix, info) = self.info(patch);
+        let surface: Vec<SurfacePoint> =
+            group.iter().map(|&ix| self.frame.surfaces.evaluate(patch, key, queries[ix].uv)).collect();
+        let Some(displacer) = info.displacement.as_ref().filter(|d| bump == 1 || !d.is_bump) else {
+            group.iter().zip(&surface).for_each(|(&ix, at)| placed[ix] = at.p);
+            return;
+        };
+        let uv: Vec<[f32; 2]> = group.iter().map(|&ix| queries[ix].uv).collect();
+        let primitive = &self.scene.primitives[primitive_ix as usize];
+        let mut points = DisplacementPoints::default();
+        (points.s, points.t) = texture_coordinates(self.frame, patch, &uv, primitive, info);
+        let [u0, u1, v0, v1] = self.frame.patches.patches[patch as usize].params;
+        for (&ix, at) in group.iter().zip(&surface) {
+            let query = &queries[ix];
+            let width_cam = self.width(at.p, query.shading_rate);
+            let scale = (u1 - u0).abs().max((v1 - v0).abs());
+            let stretch = at.du.length().max(at.dv.length()).max(f32::MIN_POSITIVE);
+            points.p.push(displacer.to_object.transform_point3(at.p.as_dvec3()).as_vec3());
+            points.n.push(object_normal(displacer, query.normal));
+            points.u.push(u0 + (u1 - u0) * query.uv[0]);
+            points.v.push(v0 + (v1 - v0) * query.uv[1]);
+            points.width.push(width_cam * displacer.bound_ratio());
+            points.st_width.push((width_cam / stretch * scale).min(1.0));
+        }
+        let mut offset = crate::math::Vec3s::splat(Vec3::ZERO, group.len());
+        displacer.shader.displace(&points, &mut offset);
+        for (slot, (&ix, at)) in group.iter().zip(&surface).enumerate() {
+            let offset = self.checked(primitive_ix, displacer, offset.get(slot));
+            let moved = displacer.to_camera.transform_vector3(offset.as_dvec3()).as_vec3();
+            placed[ix] = at.p + moved;
+        }
+    }
+
+    /// The offset, finite and within the bound.
+    fn checked(&self, primitive: u32, displacer: &Displacer, offset: Vec3) -> Vec3 {
+        let length = offset.as_dvec3().length();
+        if !length.is_finite() {
+            self.corrections.borrow_mut().note(primitive, 0.0, true);
+            return Vec3::ZERO;
+        }
+        // A shader that keeps its word to the last bit may still be a rounding beyond it.
+        if length <= f64::from(displacer.bound) * 1.00001 {
+            return offset;
+        }
+        self.corrections.borrow_mut().note(primitive, length as f32, false);
+        (offset.as_dvec3() * (f64::from(displacer.bound) / length)).as_vec3()
+    }
+
+    /// Side of a micropolygon in camera units at a point.
+    fn width(&self, p: Vec3, shading_rate: f32) -> f32 {
+        let camera = self.frame.camera;
+        let depth = if camera.perspective { p.z.max(camera.near) } else { 1.0 };
+        let scale = camera.scale[0].abs().min(camera.scale[1].abs());
+        (shading_rate * self.frame.rate_scale).sqrt() * depth / scale
+    }
+}
+
+impl Displacer {
+    /// Object-space length of a camera-space unit, about.
+    fn bound_ratio(&self) -> f32 {
+        let determinant = self.to_object.determinant().abs();
+        crate::math::function::pow64(determinant, 1.0 / 3.0) as f32
+    }
+}
+
+/// A camera-space normal as a unit normal of object space.
+fn object_normal(displacer: &Displacer, normal: Vec3) -> Vec3 {
+    let n = displacer.to_camera.transpose().transform_vector3(normal.as_dvec3());
+    let length = n.length();
+    if length > 0.0 && length.is_finite() { (n / length).as_vec3() } else { DVec3::ZERO.as_vec3() }
+}
+
+/// Makes room for displacement in the patches' bounds: their own, and that of the patches that own their borders.
+pub fn widen(patches: &mut PatchTable, edges: &EdgeTable, infos: &[PrimitiveInfo]) {
+    let reach_of = |patch: u32, patches: &PatchTable| {
+        let info = &infos[patches.patches[patch as usize].primitive as usize];
+        info.displacement.as_ref().map_or(0.0, |d| d.bound_cam)
+    };
+    for ix in 0..patches.patches.len() {
+        let patch = patches.patches[ix];
+        let owners =
+            patch.edges.iter().flat_map(|used| edges.edges[used.edge as usize].owners.map(|o| o.patch));
+        let corners = patch.corners.iter().map(|&corner| edges.corners[corner as usize].owner);
+        let most = owners
+            .chain(corners)
+            .filter(|&owner| owner != u32::MAX)
+            .map(|owner| reach_of(owner, patches))
+            .fold(reach_of(ix as u32, patches), f32::max);
+        patches.patches[ix].slack += most;
+        patches.patches[ix].is_displaced = most > 0.0;
+    }
+}

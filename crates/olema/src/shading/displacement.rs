@@ -1,0 +1,43 @@
+//! Displacement: shaders that move a surface's points.
+//!
+//! In: lists of points in object space, with explicit filter widths. Out: an offset for each. A point on an edge
+//! of patches is asked for once, with inputs that are functions of the edge alone, so that both sides get the
+//! same offset: an implementation must be a pure function of one point's inputs.
+
+use std::fmt::Debug;
+
+use crate::math::Vec3s;
+
+/// The points to move, one entry a point in every array; all in object space.
+#[derive(Debug, Clone, Default)]
+pub struct DisplacementPoints {
+    /// Position.
+    pub p: Vec3s,
+    /// Unit normal, turned by the orientation attribute; zero where the surface has none.
+    pub n: Vec3s,
+    /// Surface parameters of the primitive, 0 to 1.
+    pub u: Vec<f32>,
+    /// See `u`.
+    pub v: Vec<f32>,
+    /// Texture coordinates.
+    pub s: Vec<f32>,
+    /// See `s`.
+    pub t: Vec<f32>,
+    /// Filter width: the length of one micropolygon's side at the point, in object space. Detail finer than
+    /// twice this cannot be seen.
+    pub width: Vec<f32>,
+    /// The same length in texture coordinates.
+    pub st_width: Vec<f32>,
+}
+
+/// A displacement shader with its parameters.
+pub trait DisplacementShader: Debug + Send + Sync {
+    /// The name it was asked for by.
+    fn name(&self) -> &str;
+    /// Length that no offset exceeds, in object space, if the shader knows it.
+    fn amplitude(&self) -> Option<f32>;
+    /// Whether only the shading normals follow, and the surface stays where it is (bump mapping).
+    fn is_bump(&self) -> bool;
+    /// Writes the offset of each point, in object space, into `offset`, which has as many entries as `points`.
+    fn displace(&self, points: &DisplacementPoints, offset: &mut Vec3s);
+}

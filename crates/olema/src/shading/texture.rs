@@ -1,0 +1,203 @@
+//! Images as functions of (s, t), filtered by an explicit width.
+//!
+//! In: one number a texel. Out: its smooth, periodic continuation, averaged over about a width: trilinear between
+//! the levels of a pyramid that is made once. Source: Williams, "Pyramidal Parametrics", SIGGRAPH 1983; between
+//! texels biquadratic B-splines instead of bilinear ramps, because a height has to have a continuous slope.
+
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::math::function;
+
+/// One channel of an image, with its pyramid.
+#[derive(Debug, Clone)]
+pub struct TextureImage {
+    levels: Vec<Level>,
+    range: [f32; 2],
+}
+
+/// One size of the image.
+#[derive(Debug, Clone)]
+struct Level {
+    width: usize,
+    height: usize,
+    /// Row after row, from t = 0.
+    data: Arc<[f32]>,
+}
+
+impl TextureImage {
+    /// An image of `width` x `height` texels, rows from t = 0 on, each from s = 0 on; texels are centred in their
+    /// squares of the unit square.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] where there is no texel, not one value a texel, or one that is not finite.
+    pub fn new(width: usize, height: usize, data: Arc<[f32]>) -> Result<Self, Error> {
+        if width == 0 || height == 0 || width.checked_mul(height) != Some(data.len()) {
+            let found = data.len();
+            return Err(Error::Shader(format!(
+                "an image of {width} x {height} texels has {found} values: expected one a texel, and at least one"
+            )));
+        }
+        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+        for value in data.iter() {
+            if !value.is_finite() {
+                return Err(Error::Shader(format!("a texel is {value}: expected finite values")));
+            }
+            range = [range[0].min(*value), range[1].max(*value)];
+        }
+        let mut last = Level { width, height, data };
+        let mut levels = Vec::new();
+        while last.width > 1 || last.height > 1 {
+            let next = last.halved();
+            levels.push(std::mem::replace(&mut last, next));
+        }
+        levels.push(last);
+        Ok(TextureImage { levels, range })
+    }
+
+    /// Width and height in texels.
+    pub fn size(&self) -> [usize; 2] {
+        [self.levels[0].width, self.levels[0].height]
+    }
+
+    /// Smallest and largest texel.
+    pub fn range(&self) -> [f32; 2] {
+        self.range
+    }
+
+    /// The value at (s, t), averaged over about `width` (in s and in t); the image repeats in both. Within
+    /// [`Self::range`]. A width of 0 or below is none.
+    ///
+    /// `None` where s, t or a width is not a number, or s or t infinite.
+    pub fn sample(&self, st: [f64; 2], width: [f32; 2]) -> Option<f32> {
+        if !(st[0].is_finite() && st[1].is_finite()) || width[0].is_nan() || width[1].is_nan() {
+            return None;
+        }
+        let [columns, rows] = self.size();
+        let texels = (width[0] * columns as f32).max(width[1] * rows as f32);
+        let last = self.levels.len() - 1;
+        let lod = if texels > 1.0 { function::log2(texels).min(last as f32) } else { 0.0 };
+        let (level, part) = (lod as usize, lod - (lod as usize) as f32);
+        let fine = self.levels[level].at(st);
+        let value =
+            if part > 0.0 { fine + (self.levels[(level + 1).min(last)].at(st) - fine) * part } else { fine };
+        Some(value.clamp(self.range[0], self.range[1]))
+    }
+}
+
+impl Level {
+    /// Half as wide and high, rounded down but at least 1: means over equal parts, also where a part is 2 + 1/n texels.
+    fn halved(&self) -> Level {
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let mut rows = Vec::with_capacity(width * self.height);
+        for row in self.data.chunks_exact(self.width) {
+            rows.extend((0..width).map(|x| mean(self.width, width, x, |j| row[j])));
+        }
+        let mut data = Vec::with_capacity(width * height);
+        for y in 0..height {
+            data.extend((0..width).map(|x| mean(self.height, height, y, |j| rows[j * width + x])));
+        }
+        Level { width, height, data: data.into() }
+    }
+
+    /// The biquadratic B-spline of the texels.
+    fn at(&self, [s, t]: [f64; 2]) -> f32 {
+        let ([x0, x1, x2], wx) = taps(s, self.width);
+        let (rows, wy) = taps(t, self.height);
+        let mut sum = 0.0;
+        for (row, weight) in rows.into_iter().zip(wy) {
+            let texels = &self.data[row * self.width..][..self.width];
+            sum += weight * (wx[0] * texels[x0] + wx[1] * texels[x1] + wx[2] * texels[x2]);
+        }
+        sum
+    }
+}
+
+/// Mean of part `ix` of `parts` equal parts of `len` values, `parts <= len`.
+fn mean(len: usize, parts: usize, ix: usize, value: impl Fn(usize) -> f32) -> f32 {
+    // In units of 1 / parts of a value, a value is `parts` long and a part `len`.
+    let (start, end) = (ix * len, (ix + 1) * len);
+    let mut sum = 0.0;
+    for j in start / parts..end.div_ceil(parts) {
+        let overlap = ((j + 1) * parts).min(end) - (j * parts).max(start);
+        sum += value(j) * (overlap as f32 / len as f32);
+    }
+    sum
+}
+
+/// The three texels around a place along one side, and their weights.
+fn taps(place: f64, len: usize) -> ([usize; 3], [f32; 3]) {
+    let along = (place - place.floor()) * len as f64;
+    let ix = (along as usize).min(len - 1);
+    let f = (along - ix as f64) as f32 - 0.5;
+    let before = if ix == 0 { len - 1 } else { ix - 1 };
+    let after = if ix + 1 == len { 0 } else { ix + 1 };
+    let (a, b) = (0.5 - f, 0.5 + f);
+    ([before, ix, after], [0.5 * a * a, 0.75 - f * f, 0.5 * b * b])
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::math::hash::{hash32, unit};
+
+    fn random(width: usize, height: usize) -> TextureImage {
+        let data = (0..width * height).map(|n| unit(hash32(n as u32))).collect();
+        TextureImage::new(width, height, data).unwrap()
+    }
+
+    fn mean_of(level: &Level) -> f64 {
+        level.data.iter().map(|v| f64::from(*v)).sum::<f64>() / level.data.len() as f64
+    }
+
+    #[test]
+    fn every_level_of_the_pyramid_keeps_the_mean() {
+        for (width, height) in [(1, 1), (64, 32), (7, 13), (1, 9), (100, 3)] {
+            let image = random(width, height);
+            let sizes: Vec<_> = image.levels.iter().map(|l| (l.width, l.height)).collect();
+            assert_eq!(sizes.last(), Some(&(1, 1)), "{sizes:?}");
+            for level in &image.levels {
+                assert!((mean_of(level) - mean_of(&image.levels[0])).abs() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn a_wide_filter_gives_the_mean_and_a_ramp_stays_one() {
+        let image = random(16, 8);
+        let mean = image.sample([0.3, 0.8], [f32::INFINITY, 0.0]).unwrap();
+        assert!((f64::from(mean) - mean_of(&image.levels[0])).abs() < 1e-5);
+        let ramp = TextureImage::new(8, 1, (0..8).map(|x| x as f32).collect()).unwrap();
+        let at = |s: f64| ramp.sample([s, 0.5], [0.0; 2]).unwrap();
+        assert!((at(0.5) - 3.5).abs() < 1e-6 && (at(2.5 / 8.0) - 2.0).abs() < 1e-6);
+        // Filtered, too: the levels of a ramp are ramps.
+        let wide = ramp.sample([0.5, 0.5], [0.25, 0.0]).unwrap();
+        assert!((wide - 3.5).abs() < 1e-6, "{wide}");
+    }
+
+    #[test]
+    fn what_is_no_image_is_refused() {
+        for (width, height, data) in [(0, 1, vec![]), (2, 2, vec![0.0; 3]), (1, 1, vec![f32::NAN])] {
+            assert!(TextureImage::new(width, height, data.into()).is_err());
+        }
+        assert_eq!(random(2, 2).sample([f64::NAN, 0.0], [0.0; 2]), None);
+    }
+
+    proptest! {
+        #[test]
+        fn samples_stay_in_range_repeat_and_are_continuous(
+            s in -3.0..3.0, t in -3.0..3.0, width in prop_oneof![Just(0.0f32), 0.0f32..2.0, Just(f32::INFINITY)],
+        ) {
+            let image = random(13, 6);
+            let at = |s: f64, t: f64| image.sample([s, t], [width; 2]).unwrap();
+            let [min, max] = image.range();
+            prop_assert!((min..=max).contains(&at(s, t)));
+            prop_assert!((at(s, t) - at(s + 1.0, t - 2.0)).abs() < 1e-5);
+            prop_assert!((at(s, t) - at(s + 1e-5, t)).abs() < 1e-3);
+            let (before, after) = (at(s.round() - 1e-9, t), at(s.round() + 1e-9, t));
+            prop_assert!((before - after).abs() < 1e-5, "seam: {} and {}", before, after);
+        }
+    }
+}

@@ -4,6 +4,7 @@ pub mod bad_shaders;
 pub mod closed;
 pub mod cracks;
 pub mod goldens;
+pub mod occlusion_scenes;
 pub mod scenes;
 pub mod shapes;
 pub mod teapot;

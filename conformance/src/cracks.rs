@@ -146,6 +146,23 @@ pub fn signed_hits(scene: &Scene, settings: &Settings, broken: Option<Broken>) -
     Ok(report)
 }
 
+/// Whether a mesh is closed and consistently oriented: every edge has a face on either side, in opposite
+/// directions, and none is a hole.
+pub fn is_closed(mesh: &olema::scene::SubdivisionMesh) -> bool {
+    let mut directions = std::collections::HashMap::new();
+    let mut corners = mesh.indices.iter();
+    for &count in &mesh.face_vertex_counts {
+        let face: Vec<i32> = corners.by_ref().take(usize::try_from(count).unwrap_or(0)).copied().collect();
+        for (ix, &from) in face.iter().enumerate() {
+            let to = face[(ix + 1) % face.len()];
+            let sign = if from < to { 1 } else { -1 };
+            let entry: &mut [i32; 2] = directions.entry((from.min(to), from.max(to))).or_default();
+            *entry = [entry[0] + 1, entry[1] + sign];
+        }
+    }
+    mesh.holes.is_empty() && !directions.is_empty() && directions.values().all(|d| *d == [2, 0])
+}
+
 /// A rasterizer without a tie rule: a sample on an edge is inside of both triangles.
 fn rasterize_inclusive(grid: &Grid, samples: &RegionSamples, counts: &mut SignedCounts) {
     let region = samples.region;

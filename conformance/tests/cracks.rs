@@ -88,6 +88,7 @@ fn every_broken_rule_is_seen() {
         Broken::Rule(Sabotage::Width),
         Broken::Rule(Sabotage::Normal),
         Broken::Rule(Sabotage::Middle),
+        Broken::Rule(Sabotage::EstimatedNormals),
     ];
     for broken in rules {
         let cracked: u64 = (0..24)

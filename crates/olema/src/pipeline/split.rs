@@ -177,6 +177,9 @@ pub enum Sabotage {
     Normal,
     /// An edge beside an n-gon is not halved first.
     Middle,
+    /// Points are displaced along normals estimated from neighbouring points of the same patch, not along exact
+    /// ones (what Sattlecker 2015, section 3.2, shows to open holes).
+    EstimatedNormals,
 }
 
 /// Splits are not nested deeper than this; what is left is diced as a lattice.

@@ -3,6 +3,7 @@
 pub mod bad_shaders;
 pub mod closed;
 pub mod cracks;
+pub mod creature;
 pub mod goldens;
 pub mod occlusion_scenes;
 pub mod scenes;

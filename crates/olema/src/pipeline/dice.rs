@@ -13,7 +13,7 @@ use crate::math::Vec3s;
 use crate::scene::{Primitive, Scene};
 use crate::shading::{PointVar, ShadingPoints};
 
-use super::displace::{DisplaceContext, Displacer};
+use super::displace::{DisplaceContext, Displacer, Query};
 use super::grid::{Grid, GridKey, Look, SlowVertices};
 use super::patch::unit_normal;
 use super::primvar::{each_variable, texture_coordinates};
@@ -92,8 +92,8 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
         raster: [i32::MAX, i32::MIN, i32::MAX, i32::MIN],
     };
     let uv: Vec<[f32; 2]> = vertices.iter().map(|v| v.uv).collect();
-    let mut points = shading_points(frame, piece.patch, &uv, info);
     let ring = info.displacement.as_ref().map(|_| Ring::new(context, piece));
+    let mut points = shading_points(frame, piece.patch, &uv, info, ring.as_ref());
     for key in 0..frame.patches.num_keys {
         // A bump shader's ring is where the surface would be, not where it is.
         let known =
@@ -162,6 +162,9 @@ struct Ring {
     /// Vertices of a row, ghosts included.
     width: usize,
     height: usize,
+    /// What was asked, vertex by vertex.
+    queries: Vec<Query>,
+    /// Where they are, displaced.
     placed: Vec<Vec3>,
     /// Whether a vertex lies on the patch.
     exists: Vec<bool>,
@@ -185,7 +188,8 @@ impl Ring {
                 queries.push(context.inner(piece.patch, [u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]));
             }
         }
-        Ring { width, height, placed: context.positions(&queries, 0, true), exists }
+        let placed = context.positions(&queries, 0, true);
+        Ring { width, height, queries, placed, exists }
     }
 
     /// Place in the ring of vertex `vertex` of the grid.
@@ -293,15 +297,25 @@ fn shading_points(
     patch_ix: u32,
     uv: &[[f32; 2]],
     info: &PrimitiveInfo,
+    ring: Option<&Ring>,
 ) -> ShadingPoints {
     let [u0, u1, v0, v1] = context.patches.patches[patch_ix as usize].params;
     let mut points = ShadingPoints::default();
-    for &[u, v] in uv {
-        let at = context.surfaces.evaluate(patch_ix, 0, [u, v]);
+    for (vertex, &[u, v]) in uv.iter().enumerate() {
+        let (at, normal) = match ring {
+            Some(ring) => {
+                let query = &ring.queries[ring.index(vertex)];
+                (query.at, query.normal)
+            }
+            None => {
+                let at = context.surfaces.evaluate(patch_ix, 0, [u, v]);
+                let normal = unit_normal(&at).unwrap_or_else(|| context.surfaces.normal(patch_ix, [u, v]));
+                (at, normal * info.normal_sign)
+            }
+        };
         points.dpdu.push(at.du / (u1 - u0));
         points.dpdv.push(at.dv / (v1 - v0));
-        let normal = unit_normal(&at).unwrap_or_else(|| context.surfaces.normal(patch_ix, [u, v]));
-        points.ng.push(normal * info.normal_sign);
+        points.ng.push(normal);
         points.u.push(u0 + (u1 - u0) * u);
         points.v.push(v0 + (v1 - v0) * v);
     }

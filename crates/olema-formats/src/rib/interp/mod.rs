@@ -7,6 +7,8 @@ mod attributes;
 mod blocks;
 mod detail;
 mod frame;
+mod mesh_tags;
+mod meshes;
 mod motion;
 mod options;
 mod record;
@@ -204,7 +206,7 @@ impl Interp {
             Id::ObjectInstance => return self.instance(&call),
             Id::ReadArchive | Id::Procedural => return self.archive(&call),
             Id::WorldEnd => return self.world_end(&call),
-            Id::Patch | Id::PatchMesh => self.patches(&call)?,
+            id if is_surface(id) => self.geometry(&call)?,
             id if is_transform(id) => self.transform(&call)?,
             id if is_shader(id) => self.shader(&call)?,
             _ => self.dispatch_state(&call)?,
@@ -313,6 +315,11 @@ fn is_transform(id: Id) -> bool {
             | Transform
             | Translate
     )
+}
+
+/// Whether a statement is a surface that is drawn.
+fn is_surface(id: Id) -> bool {
+    matches!(id, Id::Patch | Id::PatchMesh | Id::SubdivisionMesh | Id::HierarchicalSubdivisionMesh)
 }
 
 /// Whether a statement names a shader.

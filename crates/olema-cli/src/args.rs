@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::model::ModelArgs;
 use crate::values::{Crop, FrameSet, Size, Tolerance};
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 render failed or pictures differ, 2 usage, 3 scene or asset, \
@@ -33,13 +34,13 @@ pub enum Command {
 #[derive(Debug, Args, Default)]
 #[command(after_help = EXIT_CODES)]
 pub struct RenderArgs {
-    /// Scenes (RIB, ASCII, may be gzipped), or - for standard input
+    /// Scenes (RIB, ASCII, may be gzipped) and models (.obj), or - for a scene from standard input
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
 
     /// Picture to write (.png), or a directory; #### or %04d stands for the frame's number
     ///
-    /// Without it the picture takes the scene's Display name, reduced to its file name and ending in .png, in
+    /// Without it the picture takes the scene's Display name or the model's file name, reduced to its file name and ending in .png, in
     /// the current directory: a scene never decides on a directory. An existing picture is replaced.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
@@ -89,6 +90,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub permutations: Option<u32>,
 
+    /// Models.
+    #[command(flatten)]
+    pub model: ModelArgs,
+
     /// Frames to render, e.g. 1-7:2,20-25 (7:2 is every second one up to 7)
     #[arg(long, value_name = "LIST")]
     pub frames: Option<FrameSet>,
@@ -118,13 +123,17 @@ pub struct RenderArgs {
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_CODES)]
 pub struct InfoArgs {
-    /// Scene, or - for standard input
+    /// Scene or model (.obj), or - for a scene from standard input
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
 
     /// As JSON
     #[arg(long)]
     pub json: bool,
+
+    /// Models.
+    #[command(flatten)]
+    pub model: ModelArgs,
 
     /// Directory to search for archives; may be repeated
     #[arg(long, value_name = "DIR")]

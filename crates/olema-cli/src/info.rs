@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use olema::Scene;
-use olema::scene::{Geometry, PatchKind, PatchMesh, Points, Primitive, Projection};
+use olema::scene::{
+    Geometry, Keyed, PatchKind, PatchMesh, Points, Primitive, Projection, Scheme, SubdivisionMesh,
+};
 use olema_formats::rib::RibFrame;
 use serde::Serialize;
 
@@ -34,6 +36,8 @@ struct FrameInfo {
     /// Primitives by kind.
     primitives: BTreeMap<&'static str, u64>,
     patches: u64,
+    /// Faces of subdivision meshes.
+    faces: u64,
     control_points: u64,
     /// Light shaders and how many lights use each.
     lights: BTreeMap<String, u64>,
@@ -75,7 +79,7 @@ fn read(args: &InfoArgs, reporter: &mut Reporter) -> Result<(FileInfo, u8), Fail
     let file = args.file.to_string_lossy().into_owned();
     let mut info = FileInfo { file, frames: Vec::new(), diagnostics: Counts::default() };
     let mut code = exit::OK;
-    match source::open(&args.file, &args.search_path) {
+    match source::open(&args.file, &args.search_path, args.model) {
         Err(error) => code = reporter.read_error(error),
         Ok(mut reader) => loop {
             let next = reader.next_frame();
@@ -109,6 +113,7 @@ impl FrameInfo {
             displays: displays.iter().map(|d| format!("{} ({})", d.name, d.mode)).collect(),
             primitives: BTreeMap::new(),
             patches: 0,
+            faces: 0,
             control_points: 0,
             lights: BTreeMap::new(),
             shaders: BTreeMap::new(),
@@ -133,6 +138,14 @@ impl FrameInfo {
                     PatchKind::Bicubic { .. } => "bicubic patches",
                 }
             }
+            Geometry::Subdivision(mesh) => {
+                self.add_mesh(primitive, mesh);
+                match mesh.scheme {
+                    Scheme::CatmullClark => "catmull-clark meshes",
+                    Scheme::Loop => "loop meshes",
+                    Scheme::Bilinear => "bilinear meshes",
+                }
+            }
             _ => "other",
         };
         *self.primitives.entry(kind).or_default() += 1;
@@ -142,8 +155,24 @@ impl FrameInfo {
         let [pu, pv] = mesh.num_patches().unwrap_or([0, 0]);
         self.patches += pu as u64 * pv as u64;
         self.control_points += mesh.points.first().len() as u64;
+        self.add_points(primitive, &mesh.points, positions);
+    }
+
+    fn add_mesh(&mut self, primitive: &Primitive, mesh: &SubdivisionMesh) {
+        self.faces += mesh.face_vertex_counts.len() as u64;
+        self.control_points += mesh.points.first().len() as u64;
+        self.add_points(primitive, &mesh.points, |key| Box::new(key.iter().map(|p| p.map(f64::from))));
+    }
+
+    /// Grows the bounding box by all keys of a primitive's points.
+    fn add_points<T>(
+        &mut self,
+        primitive: &Primitive,
+        points: &Keyed<T>,
+        positions: impl Fn(&T) -> Box<dyn Iterator<Item = [f64; 3]> + '_>,
+    ) {
         for to_world in &primitive.to_world.values {
-            for key in &mesh.points.values {
+            for key in &points.values {
                 for p in positions(key) {
                     self.grow(to_world.transform_point3(p.into()).into());
                 }
@@ -202,6 +231,7 @@ fn prose(info: &FileInfo) -> String {
         line("displays", frame.displays.join(", "));
         line("primitives", counts(&frame.primitives));
         line("patches", frame.patches.to_string());
+        line("faces", frame.faces.to_string());
         line("control points", frame.control_points.to_string());
         line("lights", counts(&frame.lights));
         line("shaders", counts(&frame.shaders));

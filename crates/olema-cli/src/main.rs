@@ -8,6 +8,7 @@ mod diff;
 mod exit;
 mod info;
 mod interrupt;
+mod model;
 mod output;
 mod picture;
 mod progress;

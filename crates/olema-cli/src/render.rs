@@ -79,7 +79,7 @@ impl<'a> Job<'a> {
     }
 
     fn file(&mut self, file: &Path) -> u8 {
-        let mut reader = match source::open(file, &self.args.search_path) {
+        let mut reader = match source::open(file, &self.args.search_path, self.args.model) {
             Ok(reader) => reader,
             Err(error) => return self.reporter.read_error(error),
         };
@@ -111,7 +111,7 @@ impl<'a> Job<'a> {
         }
         if chosen == 0 {
             let problem = match found {
-                0 => "nothing to render: expected WorldBegin ... WorldEnd".to_owned(),
+                0 => format!("nothing to render: expected {}", reader.expected()),
                 n => format!("none of its {n} frames is among those of --frames"),
             };
             let failure = Failure::new(exit::SCENE, format!("{}: {problem}", file.display()));

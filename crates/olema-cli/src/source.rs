@@ -1,21 +1,65 @@
-//! Opens scenes that are named on the command line; `-` is standard input.
+//! Opens scenes and models that are named on the command line; `-` is a scene from standard input.
 
 use std::path::{Path, PathBuf};
 
-use olema_formats::rib::{ReadError, ReadOptions, RibReader};
+use olema_formats::Diagnostic;
+use olema_formats::rib::{ReadError, ReadOptions, RibFrame, RibReader};
 
 use crate::exit::{self, Failure};
+use crate::model::{self, Model, ModelArgs};
 
-/// Opens a scene.
+/// A file whose frames are read one by one.
+pub enum Source {
+    /// A scene.
+    Rib(Box<RibReader>),
+    /// A model, which is one frame.
+    Model(Model),
+}
+
+/// Opens a scene or a model.
 ///
 /// # Errors
 /// [`ReadError`] where it cannot be opened.
-pub fn open(file: &Path, search_path: &[PathBuf]) -> Result<RibReader, ReadError> {
+pub fn open(file: &Path, search_path: &[PathBuf], model: ModelArgs) -> Result<Source, ReadError> {
+    if model::is_model(file) {
+        let io = |source| ReadError::Io { path: file.display().to_string(), source };
+        return Ok(Source::Model(Model::new(file, &std::fs::read(file).map_err(io)?, model)));
+    }
     let options = ReadOptions { search_path: search_path.to_vec(), ..ReadOptions::default() };
-    if file == Path::new("-") {
-        Ok(RibReader::from_stream("-", Box::new(std::io::stdin()), options))
+    let reader = if file == Path::new("-") {
+        RibReader::from_stream("-", Box::new(std::io::stdin()), options)
     } else {
-        RibReader::open(file, options)
+        RibReader::open(file, options)?
+    };
+    Ok(Source::Rib(Box::new(reader)))
+}
+
+impl Source {
+    /// The next frame; `None` at the end.
+    ///
+    /// # Errors
+    /// [`ReadError`] where nothing further can be read.
+    pub fn next_frame(&mut self) -> Result<Option<RibFrame>, ReadError> {
+        match self {
+            Source::Rib(reader) => reader.next_frame(),
+            Source::Model(model) => Ok(model.frame.take()),
+        }
+    }
+
+    /// Takes what was said since the last call.
+    pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
+        match self {
+            Source::Rib(reader) => reader.take_diagnostics(),
+            Source::Model(model) => std::mem::take(&mut model.said),
+        }
+    }
+
+    /// What a file that has no frame lacks.
+    pub fn expected(&self) -> &'static str {
+        match self {
+            Source::Rib(_) => "WorldBegin ... WorldEnd",
+            Source::Model(_) => "faces (f)",
+        }
     }
 }
 

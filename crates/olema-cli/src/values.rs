@@ -1,6 +1,56 @@
 //! Values of options: what a string means, and what to say when it means nothing.
 
+use std::fmt;
 use std::str::FromStr;
+
+use clap::ValueEnum;
+use olema::scene::Scheme;
+
+/// A rule of subdivision, by the name that OBJ files begin with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SchemeName {
+    /// Catmull and Clark's, smooth over quads
+    Catmark,
+    /// Loop's, smooth over triangles
+    Loop,
+    /// The faces as they are
+    Bilinear,
+}
+
+impl From<SchemeName> for Scheme {
+    fn from(name: SchemeName) -> Self {
+        match name {
+            SchemeName::Catmark => Scheme::CatmullClark,
+            SchemeName::Loop => Scheme::Loop,
+            SchemeName::Bilinear => Scheme::Bilinear,
+        }
+    }
+}
+
+impl fmt::Display for SchemeName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            SchemeName::Catmark => "catmark",
+            SchemeName::Loop => "loop",
+            SchemeName::Bilinear => "bilinear",
+        })
+    }
+}
+
+/// The axis of a model that points up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum UpAxis {
+    /// As in films and games
+    Y,
+    /// As in maps and machines
+    Z,
+}
+
+impl fmt::Display for UpAxis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if *self == UpAxis::Y { "y" } else { "z" })
+    }
+}
 
 /// Width and height, both at least 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,15 +4,18 @@
 //! Positions, texture coordinates, normals, faces of any size, negative indices, groups, materials' names and
 //! `t` tags are read ([`Tags`]); curves and free-form surfaces are not.
 
+mod parts;
 mod scan;
 mod tags;
 #[cfg(test)]
 mod tests;
 
-use olema::scene::{Class, PrimVar, Scheme, SubdivisionMesh, VarType, VarValues};
+use olema::scene::{Scheme, SubdivisionMesh};
 
 use crate::diagnostic::{Diagnostic, Severity};
+pub use parts::Part;
 use scan::{Line, Lines};
+use tags::Places;
 pub use tags::Tags;
 
 /// What an OBJ file holds.
@@ -54,6 +57,8 @@ pub struct Group {
     pub material: String,
     /// First face; the group ends where the next begins.
     pub first_face: u32,
+    /// Line of the statement that began it, from 1.
+    pub line: u32,
 }
 
 /// The scheme that a file's name tells by its beginning: `catmark_`, `loop_` or `bilinear_`.
@@ -71,12 +76,14 @@ pub fn read(name: &str, bytes: &[u8]) -> (Obj, Vec<Diagnostic>) {
         obj: Obj::default(),
         messages: Messages { file: name, bytes, list: Vec::new(), more: 0 },
         faces_at: Vec::new(),
+        tags_at: Places::default(),
         said_unknown: false,
     };
     for line in Lines::new(bytes) {
         reader.statement(line);
     }
     reader.check_indices();
+    reader.tags_at.check(&mut reader.obj, &mut reader.messages);
     reader.messages.finish(reader.obj)
 }
 
@@ -90,26 +97,9 @@ impl Obj {
         mesh.creases = self.tags.creases.clone();
         mesh.corners = self.tags.corners.clone();
         mesh.holes = self.tags.holes.clone();
-        mesh.boundary = self.tags.boundary;
-        mesh.face_varying = self.tags.face_varying();
-        mesh.crease_method = self.tags.crease_method;
-        let st: Option<Vec<f32>> = self.texcoord_values();
-        mesh.vars.extend(st.map(|values| PrimVar {
-            name: "st".to_string(),
-            class: Class::FaceVarying,
-            ty: VarType::Float,
-            array_len: 2,
-            values: VarValues::Floats(values.into()),
-        }));
-        mesh
-    }
-
-    fn texcoord_values(&self) -> Option<Vec<f32>> {
-        let mut values = Vec::with_capacity(2 * self.corners.len());
-        for corner in &self.corners {
-            values.extend(self.texcoords.get(usize::try_from(corner.texcoord).ok()?)?);
-        }
-        (!values.is_empty()).then_some(values)
+        let st: Option<Vec<[f32; 2]>> = self.corners.iter().map(|c| self.texcoord(c)).collect();
+        mesh.vars.extend(st.and_then(|st| parts::st_var(st.into_flattened())));
+        self.rules(mesh)
     }
 }
 
@@ -169,6 +159,7 @@ struct Reader<'a> {
     messages: Messages<'a>,
     /// Where each face stands, for indices that are checked at the end.
     faces_at: Vec<(u32, usize)>,
+    tags_at: Places,
     said_unknown: bool,
 }
 
@@ -194,13 +185,16 @@ impl Reader<'_> {
             b"f" | b"fo" => self.face(&line),
             b"g" | b"o" => {
                 let name = String::from_utf8_lossy(line.rest_after(&keyword)).trim().to_string();
-                self.begin_group(Some(name), None);
+                self.begin_group(line.number, Some(name), None);
             }
             b"usemtl" => {
                 let name = String::from_utf8_lossy(line.rest_after(&keyword)).trim().to_string();
-                self.begin_group(None, Some(name));
+                self.begin_group(line.number, None, Some(name));
             }
-            b"t" => tags::read_tag(&line, &mut self.obj.tags, &mut self.messages),
+            b"t" => {
+                tags::read_tag(&line, &mut self.obj.tags, &mut self.messages);
+                self.tags_at.note(&line, &self.obj.tags);
+            }
             b"s" | b"mtllib" | b"mg" => {}
             _ if !self.said_unknown => {
                 self.said_unknown = true;
@@ -262,13 +256,13 @@ impl Reader<'_> {
             count += 1;
         }
         if self.obj.groups.is_empty() {
-            self.begin_group(None, None);
+            self.begin_group(line.number, None, None);
         }
         self.obj.face_counts.push(count);
         self.faces_at.push((line.number, line.start));
     }
 
-    fn begin_group(&mut self, name: Option<String>, material: Option<String>) {
+    fn begin_group(&mut self, line: u32, name: Option<String>, material: Option<String>) {
         let first_face = self.obj.face_counts.len() as u32;
         let before = self.obj.groups.last();
         let name = name.or_else(|| before.map(|g| g.name.clone())).unwrap_or_default();
@@ -277,7 +271,7 @@ impl Reader<'_> {
         if before.is_some_and(|g| g.first_face == first_face) {
             self.obj.groups.pop();
         }
-        self.obj.groups.push(Group { name, material, first_face });
+        self.obj.groups.push(Group { name, material, first_face, line });
     }
 
     /// Indices may name what comes later in the file, so they are checked when it is known how much there is.
@@ -289,7 +283,9 @@ impl Reader<'_> {
                 let parts = [&mut corner.position, &mut corner.texcoord, &mut corner.normal];
                 for ((ix, length), what) in parts.into_iter().zip(lengths).zip(["v", "vt", "vn"]) {
                     if *ix >= 0 && *ix as usize >= length {
-                        let message = format!("the face names {what} {} of {length}", i64::from(*ix) + 1);
+                        let left_out = if what == "v" { "; face left out" } else { "" };
+                        let named = i64::from(*ix) + 1;
+                        let message = format!("the face names {what} {named} of {length}{left_out}");
                         let line = Line { bytes: self.messages.bytes, start, end: start, number };
                         self.messages.say(Severity::Warning, &line, start, message);
                         *ix = -1;

@@ -7,8 +7,8 @@
 
 use olema::scene::{BoundaryRule, Crease, CreaseMethod, FaceVaryingRule};
 
-use super::Messages;
 use super::scan::{Line, Token};
+use super::{Messages, Obj};
 use crate::diagnostic::Severity;
 
 /// The tags of a file.
@@ -28,6 +28,61 @@ pub struct Tags {
     pub propagate_corners: bool,
     /// `creasemethod`.
     pub crease_method: CreaseMethod,
+    /// Whether the file has any tag, be it one that says what holds anyway.
+    pub any: bool,
+}
+
+/// The line, as number and place, that each crease, corner and hole comes from: what they name may come later in
+/// the file, so they are checked when it is known how much there is.
+#[derive(Debug, Default)]
+pub(super) struct Places {
+    creases: Vec<(u32, usize)>,
+    corners: Vec<(u32, usize)>,
+    holes: Vec<(u32, usize)>,
+}
+
+impl Places {
+    /// Notes that what is new in `tags` comes from this line.
+    pub(super) fn note(&mut self, line: &Line<'_>, tags: &Tags) {
+        let place = (line.number, line.start);
+        self.creases.resize(tags.creases.len(), place);
+        self.corners.resize(tags.corners.len(), place);
+        self.holes.resize(tags.holes.len(), place);
+    }
+
+    /// Takes out the tags that name vertices or faces which are not there, and says so.
+    pub(super) fn check(&self, obj: &mut Obj, messages: &mut Messages<'_>) {
+        let (num_vertices, num_faces) = (obj.positions.len(), obj.face_counts.len());
+        let missing = |ix: i32, length: usize| usize::try_from(ix).map_or(true, |ix| ix >= length);
+        let mut say = |place: Option<&(u32, usize)>, message: String| {
+            let &(number, start) = place.unwrap_or(&(1, 0));
+            let line = Line { bytes: messages.bytes, start, end: start, number };
+            messages.say(Severity::Warning, &line, start, message);
+        };
+        let mut places = self.creases.iter();
+        obj.tags.creases.retain(|crease| {
+            let place = places.next();
+            let bad = crease.vertices.iter().find(|v| missing(**v, num_vertices));
+            bad.inspect(|v| say(place, format!("the crease names vertex {v} of {num_vertices}; left out")))
+                .is_none()
+        });
+        let mut places = self.corners.iter();
+        obj.tags.corners.retain(|(vertex, _)| {
+            let (place, bad) = (places.next(), missing(*vertex, num_vertices));
+            if bad {
+                say(place, format!("the corner names vertex {vertex} of {num_vertices}; left out"));
+            }
+            !bad
+        });
+        let mut places = self.holes.iter();
+        obj.tags.holes.retain(|face| {
+            let (place, bad) = (places.next(), missing(*face, num_faces));
+            if bad {
+                say(place, format!("the hole names face {face} of {num_faces}; left out"));
+            }
+            !bad
+        });
+    }
 }
 
 impl Tags {
@@ -64,6 +119,7 @@ pub(super) fn read_tag(line: &Line<'_>, tags: &mut Tags, messages: &mut Messages
             return;
         }
     };
+    tags.any = true;
     let integer = values.ints.first().copied();
     let mut unknown = |expected: &str| {
         say(&name, format!("tag {}: expected {expected}; tag left out", name.short()));

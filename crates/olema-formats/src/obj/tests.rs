@@ -40,7 +40,10 @@ fn reads_faces_groups_and_tags() {
     assert_eq!(obj.face_counts, [4, 4]);
     let positions: Vec<i32> = obj.corners.iter().map(|c| c.position).collect();
     assert_eq!(positions, [0, 1, 2, 3, 1, 4, 5, 2]);
-    assert_eq!(obj.groups[1], Group { name: "right".into(), material: "red".into(), first_face: 1 });
+    assert_eq!(
+        obj.groups[1],
+        Group { name: "right".into(), material: "red".into(), first_face: 1, line: 16 }
+    );
     let mesh = obj.subdivision_mesh(Scheme::CatmullClark);
     assert_eq!(mesh.creases[0].vertices, [1, 2]);
     assert_eq!(mesh.corners, [(0, 10.0), (3, 10.0)]);
@@ -57,6 +60,54 @@ fn says_what_is_wrong_and_where() {
     let places: Vec<_> = diagnostics.iter().map(|d| (d.line, d.column)).collect();
     assert_eq!(places, [(1, 5), (2, 3), (4, 3), (5, 3), (6, 3), (7, 1), (3, 1)], "{diagnostics:#?}");
     assert_eq!(diagnostics[0].source_line.as_deref(), Some("v 1 x 3"));
+}
+
+#[test]
+fn tags_that_name_nothing_are_left_out_with_their_line() {
+    let text = "t crease 2/1/0 0 9 1\nt crease 2/1/0 0 1 1\nt corner 2/1/0 -1 2 1\nt hole 2/0/0 0 5\n\
+                v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let (obj, diagnostics) = read("tags.obj", text.as_bytes());
+    let said: Vec<_> = diagnostics.iter().map(|d| (d.line, d.message.as_str())).collect();
+    let expected = [
+        (1, "the crease names vertex 9 of 3; left out"),
+        (3, "the corner names vertex -1 of 3; left out"),
+        (4, "the hole names face 5 of 1; left out"),
+    ];
+    assert_eq!(said, expected);
+    assert_eq!(obj.tags.creases[0].vertices, [0, 1]);
+    assert_eq!((obj.tags.corners.as_slice(), obj.tags.holes.as_slice()), (&[(2, 1.0)][..], &[0][..]));
+}
+
+#[test]
+fn groups_that_share_no_vertex_are_parts() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 5\nv 1 0 5\nv 1 1 5\nv 0 1 5\nvt 0 0\nvt 1 1\n\
+                o low\nf 1/1 2/2 3/2\ng high\nf 4 5 6\ng rest\nf 4 6 7\ng wrong\nf 4 6 8\n\
+                t crease 2/1/0 3 5 2\nt corner 1/1/0 2 3\nt hole 1/0/0 2\n";
+    let (obj, diagnostics) = read("parts.obj", text.as_bytes());
+    assert_eq!(diagnostics.len(), 1);
+    assert_eq!(
+        (diagnostics[0].line, &*diagnostics[0].message),
+        (17, "the face names v 8 of 7; face left out")
+    );
+    let parts = obj.parts(Scheme::CatmullClark);
+    let names: Vec<_> = parts.iter().map(|p| (p.name.as_str(), p.line)).collect();
+    assert_eq!(names, [("low", 10), ("high, rest", 12)]);
+    let [low, high] = [&parts[0].mesh, &parts[1].mesh];
+    assert_eq!((low.indices.as_slice(), high.indices.as_slice()), (&[0, 1, 2][..], &[0, 1, 2, 0, 2, 3][..]));
+    assert_eq!(high.points.first()[3], [0.0, 1.0, 5.0]);
+    assert_eq!((low.vars.len(), high.vars.len()), (1, 0));
+    assert_eq!((low.corners.as_slice(), high.holes.as_slice()), (&[(2, 3.0)][..], &[1][..]));
+    assert_eq!((low.creases.len(), high.creases[0].vertices.as_slice()), (0, &[0, 2][..]));
+}
+
+#[test]
+fn one_part_keeps_its_numbers() {
+    let text = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng a\nf 2 3 4\ng b\nf 2 4 5\n";
+    let (obj, _) = read("one.obj", text.as_bytes());
+    let parts = obj.parts(Scheme::Loop);
+    assert_eq!(parts.len(), 1);
+    assert_eq!((parts[0].name.as_str(), &parts[0].mesh), ("a, b", &obj.subdivision_mesh(Scheme::Loop)));
+    assert!(read("none.obj", b"v 0 0 0\n").0.parts(Scheme::Loop).is_empty());
 }
 
 #[test]
@@ -152,6 +203,7 @@ proptest! {
         let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 1 3 4\n{}", lines.join("\n"));
         for scheme in [Scheme::CatmullClark, Scheme::Loop, Scheme::Bilinear] {
             let (obj, _) = read("x", text.as_bytes());
+            obj.parts(scheme);
             let (surface, _) = LimitSurface::new(obj.subdivision_mesh(scheme).into());
             for quad in 0..surface.num_quads() as u32 {
                 surface.evaluator(quad).evaluate(0, 0.3, 0.0);

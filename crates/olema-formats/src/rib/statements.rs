@@ -28,11 +28,8 @@ pub enum Arg {
     Texts(&'static str),
     /// A basis by name or as sixteen numbers.
     Basis(&'static str),
-    /// The arrays of a subdivision mesh's tags, all or none; with strings for the hierarchical one.
-    Tags {
-        /// Whether string arguments follow the float arguments.
-        strings: bool,
-    },
+    /// The arrays of a subdivision mesh's tags, all or none; the last, of strings, may be left out.
+    Tags,
     /// Names and values to the statement's end.
     Params,
 }
@@ -158,7 +155,7 @@ statements! {
     "GeometricRepresentation" GeometricRepresentation State Any [Text("type")] "Has no effect.";
     "Geometry" Geometry NotYet World [Text("type"), Params] "";
     "Hider" Hider State Options [Text("type"), Params] "\"hidden\" only, with \"jitter\"; other parameters have no effect.";
-    "HierarchicalSubdivisionMesh" HierarchicalSubdivisionMesh NotYet World [Text("scheme"), Ints("vertices"), Ints("indices"), Tags { strings: true }, Params] "";
+    "HierarchicalSubdivisionMesh" HierarchicalSubdivisionMesh Drawn World [Text("scheme"), Ints("vertices"), Ints("indices"), Tags, Params] "As SubdivisionMesh; edits of vertices, edges and faces are warned about, and the mesh is drawn without them.";
     "Hyperboloid" Hyperboloid NotYet World [Nums("point1 point2 thetamax", 7), Params] "";
     "Identity" Identity Drawn Any [] "";
     "IfBegin" IfBegin Drawn Any [Text("condition"), Params] "";
@@ -175,7 +172,7 @@ statements! {
     "MakeShadow" MakeShadow Warned Any [Text("picture"), Text("shadow"), Params] "Olema makes no textures, and writes no file that a scene names.";
     "MakeTexture" MakeTexture Warned Any [Text("picture"), Text("texture"), Text("swrap"), Text("twrap"), Text("filter"), Num("swidth"), Num("twidth"), Params] "Olema makes no textures, and writes no file that a scene names.";
     "Matte" Matte Drawn Any [Int("on")] "";
-    "MotionBegin" MotionBegin NotYet Any [Floats("times")] "All keys of transforms and patches are kept; the first is drawn.";
+    "MotionBegin" MotionBegin NotYet Any [Floats("times")] "All keys of transforms and surfaces are kept; the first is drawn.";
     "MotionEnd" MotionEnd NotYet Any [] "";
     "NuPatch" NuPatch NotYet World [Int("nu"), Int("u order"), Floats("u knots"), Num("umin"), Num("umax"), Int("nv"), Int("v order"), Floats("v knots"), Num("vmin"), Num("vmax"), Params] "";
     "ObjectBegin" ObjectBegin Drawn Any [Handle("handle"), Params] "";
@@ -217,7 +214,7 @@ statements! {
     "SolidBegin" SolidBegin NotYet World [Text("operation")] "Solids are drawn as they stand, not combined.";
     "SolidEnd" SolidEnd NotYet World [] "";
     "Sphere" Sphere NotYet World [Nums("radius zmin zmax thetamax", 4), Params] "";
-    "SubdivisionMesh" SubdivisionMesh NotYet World [Text("scheme"), Ints("vertices"), Ints("indices"), Tags { strings: false }, Params] "";
+    "SubdivisionMesh" SubdivisionMesh Drawn World [Text("scheme"), Ints("vertices"), Ints("indices"), Tags, Params] "catmull-clark, loop, bilinear; tags hole, crease, corner, interpolateboundary, facevaryinginterpolateboundary, facevaryingpropagatecorners, creasemethod; others are warned about. Without interpolateboundary border faces are not drawn (bilinear ones are).";
     "Surface" Surface Drawn Any [Text("shader"), Params] "A shader that is unknown is replaced by the default surface, with a warning.";
     "TextureCoordinates" TextureCoordinates Drawn Any [Nums("s t of four corners", 8)] "";
     "Torus" Torus NotYet World [Nums("major minor phimin phimax thetamax", 5), Params] "";
@@ -278,10 +275,8 @@ impl Arg {
             Ints(name) => format!("[{name}... (integers)]"),
             Texts(name) => format!("[\"{name}\"...]"),
             Basis(name) => format!("{name} (name or 16 numbers)"),
-            Tags { strings: false } => "[tags] [counts] [integers] [floats] (all or none)".to_owned(),
-            Tags { strings: true } => {
-                "[tags] [counts] [integers] [floats] [strings] (all or none)".to_owned()
-            }
+            Tags => "[tags] [counts] [integers] [floats] [strings] (all or none; strings may be left out)"
+                .to_owned(),
             Params => "parameters".to_owned(),
         }
     }

@@ -16,7 +16,7 @@ impl Args {
         for arg in statement.form {
             match *arg {
                 Arg::Params => self.read_params(statement.id, r)?,
-                Arg::Tags { strings } => self.read_tags(strings, r)?,
+                Arg::Tags => self.read_tags(r)?,
                 arg => {
                     let token = r.lexer.peek();
                     let pos = r.lexer.here();
@@ -150,7 +150,7 @@ impl Args {
         lexer.push(&mut self.texts, range, room)
     }
 
-    fn read_tags(&mut self, strings: bool, r: &mut Reading<'_>) -> Result<(), Fault> {
+    fn read_tags(&mut self, r: &mut Reading<'_>) -> Result<(), Fault> {
         const FORM: [Arg; 5] = [
             Arg::Texts("tags"),
             Arg::Ints("tag counts"),
@@ -162,8 +162,8 @@ impl Args {
         for (ix, arg) in FORM.into_iter().enumerate() {
             let token = r.lexer.peek();
             let pos = r.lexer.here();
-            let last = ix == 4 && (!strings || token != Token::Open);
-            let item = if present && !last { self.read_item(arg, token, r)? } else { Item::None };
+            let left_out = ix == 4 && token != Token::Open;
+            let item = if present && !left_out { self.read_item(arg, token, r)? } else { Item::None };
             self.items.push((pos, item));
         }
         Ok(())

@@ -8,6 +8,8 @@ mod blocks;
 mod detail;
 mod displacement;
 mod frame;
+mod mesh_tags;
+mod meshes;
 mod motion;
 mod options;
 mod record;
@@ -217,7 +219,7 @@ impl Interp {
             Id::ReadArchive | Id::Procedural => return self.archive(&call),
             Id::WorldEnd => return self.world_end(&call),
             Id::Displacement => return Ok(self.displacement(&call)),
-            Id::Patch | Id::PatchMesh => self.patches(&call)?,
+            id if is_surface(id) => self.geometry(&call)?,
             id if is_transform(id) => self.transform(&call)?,
             id if is_shader(id) => self.shader(&call)?,
             _ => self.dispatch_state(&call)?,
@@ -326,6 +328,11 @@ fn is_transform(id: Id) -> bool {
             | Transform
             | Translate
     )
+}
+
+/// Whether a statement is a surface that is drawn.
+fn is_surface(id: Id) -> bool {
+    matches!(id, Id::Patch | Id::PatchMesh | Id::SubdivisionMesh | Id::HierarchicalSubdivisionMesh)
 }
 
 /// Whether a statement names a shader.

@@ -1,16 +1,16 @@
 //! Motion blocks: the same statement once for every time.
 //!
-//! Transforms get a key for every time, and so do the points of patches. Of any other statement the first one
+//! Transforms get a key for every time, and so do the points of surfaces. Of any other statement the first one
 //! counts.
 
 use glam::DMat4;
-use olema::scene::{Geometry, Keyed};
+use olema::scene::{Geometry, Keyed, PatchMesh, SubdivisionMesh};
 use std::sync::Arc;
 
 use super::super::fault::Fault;
 use super::super::state::{Block, BlockKind, Site};
 use super::super::statements::{Id, Place};
-use super::{Call, Flow, Interp, MAX_TIMES, is_transform};
+use super::{Call, Flow, Interp, MAX_TIMES, is_surface, is_transform};
 
 /// An open motion block.
 pub struct Motion {
@@ -83,7 +83,7 @@ impl Interp {
                 motion.matrices.push(matrix);
                 motion.replaces = replaces;
             }
-        } else if matches!(id, Id::Patch | Id::PatchMesh) {
+        } else if is_surface(id) {
             let geometry = self.geometry_of(&call)?;
             self.add_key(&call, geometry)?;
         } else if first {
@@ -101,21 +101,23 @@ impl Interp {
 
     fn add_key(&mut self, call: &Call<'_>, geometry: Geometry) -> Result<(), Fault> {
         let Some(motion) = &mut self.motion else { return Ok(()) };
-        let Some((Geometry::Patches(first), _)) = &mut motion.geometry else {
+        let Some((first, _)) = &mut motion.geometry else {
             motion.geometry = Some((geometry, call.site.clone()));
             return Ok(());
         };
-        let Geometry::Patches(next) = geometry else { return Ok(()) };
-        let same = first.kind == next.kind
-            && (first.nu, first.nv, first.wrap_u, first.wrap_v)
-                == (next.nu, next.nv, next.wrap_u, next.wrap_v)
-            && std::mem::discriminant(first.points.first()) == std::mem::discriminant(next.points.first());
-        if !same {
-            let message =
-                "this patch differs from the block's first in more than its values: expected the same shape";
-            return Err(Fault::error(call.site.pos, message));
+        match (first, geometry) {
+            (Geometry::Patches(first), Geometry::Patches(next)) if is_same_sheet(first, &next) => {
+                Arc::make_mut(first).points.values.push(next.points.first().clone());
+            }
+            (Geometry::Subdivision(first), Geometry::Subdivision(next)) if is_same_mesh(first, &next) => {
+                Arc::make_mut(first).points.values.push(next.points.first().clone());
+            }
+            _ => {
+                let message = "this surface differs from the block's first in more than its values: expected \
+                               the same shape";
+                return Err(Fault::error(call.site.pos, message));
+            }
         }
-        Arc::make_mut(first).points.values.push(next.points.first().clone());
         Ok(())
     }
 
@@ -130,14 +132,35 @@ impl Interp {
         if let Some(keyed) = keyed(&motion.times, motion.matrices) {
             self.apply(call, &keyed, motion.replaces)?;
         }
-        if let Some((Geometry::Patches(mut mesh), site)) = motion.geometry {
-            let points = std::mem::take(&mut Arc::make_mut(&mut mesh).points.values);
-            if let Some(points) = keyed(&motion.times, points) {
-                Arc::make_mut(&mut mesh).points = points;
-                self.emit(call, Geometry::Patches(mesh), &site)?;
+        if let Some((mut geometry, site)) = motion.geometry {
+            match &mut geometry {
+                Geometry::Patches(mesh) => set_times(&mut Arc::make_mut(mesh).points, &motion.times),
+                Geometry::Subdivision(mesh) => set_times(&mut Arc::make_mut(mesh).points, &motion.times),
+                _ => {}
             }
+            self.emit(call, geometry, &site)?;
         }
         Ok(())
+    }
+}
+
+fn is_same_sheet(first: &PatchMesh, next: &PatchMesh) -> bool {
+    first.kind == next.kind
+        && (first.nu, first.nv, first.wrap_u, first.wrap_v) == (next.nu, next.nv, next.wrap_u, next.wrap_v)
+        && std::mem::discriminant(first.points.first()) == std::mem::discriminant(next.points.first())
+}
+
+fn is_same_mesh(first: &SubdivisionMesh, next: &SubdivisionMesh) -> bool {
+    first.scheme == next.scheme
+        && first.face_vertex_counts == next.face_vertex_counts
+        && first.indices == next.indices
+        && first.points.first().len() == next.points.first().len()
+}
+
+/// Gives a surface's keys their times.
+fn set_times<T>(points: &mut Keyed<T>, times: &[f32]) {
+    if let Some(keyed) = keyed(times, std::mem::take(&mut points.values)) {
+        *points = keyed;
     }
 }
 

@@ -1,10 +1,10 @@
-//! Patch and PatchMesh: control points and variables to geometry.
+//! Surfaces, and Patch and PatchMesh among them: control points and variables to geometry.
 
 use std::fmt::Write;
 use std::sync::Arc;
 
 use olema::scene::{
-    Attributes, Class, Geometry, Keyed, PatchKind, PatchMesh, Points, Primitive, VarType, VarValues,
+    Attributes, Class, Geometry, Keyed, PatchKind, PatchMesh, Points, PrimVar, Primitive, VarType, VarValues,
 };
 
 use super::super::args::{Args, ParamItem};
@@ -16,8 +16,8 @@ use super::super::statements::Id;
 use super::{Call, Interp};
 
 impl Interp {
-    /// Patch and PatchMesh outside a motion block.
-    pub(super) fn patches(&mut self, call: &Call<'_>) -> Result<(), Fault> {
+    /// A surface outside a motion block.
+    pub(super) fn geometry(&mut self, call: &Call<'_>) -> Result<(), Fault> {
         if !self.attrs.is_detail_drawn() {
             return Ok(());
         }
@@ -65,8 +65,16 @@ impl Interp {
         Ok(())
     }
 
-    /// The geometry of Patch or PatchMesh.
+    /// The geometry of a surface.
     pub(super) fn geometry_of(&mut self, call: &Call<'_>) -> Result<Geometry, Fault> {
+        match call.statement.id {
+            Id::SubdivisionMesh | Id::HierarchicalSubdivisionMesh => self.subdivision(call),
+            _ => self.patches(call),
+        }
+    }
+
+    /// The geometry of Patch or PatchMesh.
+    fn patches(&mut self, call: &Call<'_>) -> Result<Geometry, Fault> {
         let mut mesh = self.sheet(call)?;
         let counts = mesh.num_patches().zip(mesh.num_varying());
         let Some(([pu, pv], [cu, cv])) = counts.filter(|(p, _)| p[0] > 0 && p[1] > 0) else {
@@ -201,12 +209,17 @@ fn mesh_bytes(mesh: &PatchMesh) -> u64 {
         Points::P(p) => size_of_val(p.as_slice()),
         Points::Pw(p) => size_of_val(p.as_slice()),
     };
-    let vars = mesh.vars.iter().map(|v| {
+    (size_of::<PatchMesh>() + points + vars_bytes(&mesh.vars)) as u64
+}
+
+/// Bytes that primitive variables hold.
+pub(super) fn vars_bytes(vars: &[PrimVar]) -> usize {
+    let bytes = vars.iter().map(|v| {
         let values = match &v.values {
             VarValues::Floats(f) => size_of_val(&f[..]),
             VarValues::Strings(s) => s.iter().map(|s| s.len() + size_of::<String>()).sum(),
         };
         values + v.name.len() + size_of_val(v)
     });
-    (size_of::<PatchMesh>() + points + vars.sum::<usize>()) as u64
+    bytes.sum()
 }

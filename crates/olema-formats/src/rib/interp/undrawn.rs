@@ -36,7 +36,6 @@ impl Interp {
                 let corners = sum(args, 1, 1)?;
                 Some(indexed(args, args.ints(0).len(), corners, 2)?)
             }
-            Id::SubdivisionMesh | Id::HierarchicalSubdivisionMesh => Some(subdivision(call)?),
             Id::NuPatch => Some(nurbs(args)?),
             Id::Curves => Some(self.curves(args)?),
             Id::Blobby => Some(blobby(args)?),
@@ -87,7 +86,7 @@ fn polygons(uniform: usize, vertex: usize, corners: usize) -> Sizes {
 }
 
 /// Checks an array's length.
-fn expect_len(args: &Args, ix: usize, found: usize, expected: usize) -> Result<(), Fault> {
+pub(super) fn expect_len(args: &Args, ix: usize, found: usize, expected: usize) -> Result<(), Fault> {
     if found == expected {
         return Ok(());
     }
@@ -95,7 +94,7 @@ fn expect_len(args: &Args, ix: usize, found: usize, expected: usize) -> Result<(
 }
 
 /// The sum of an array of counts, each at least `least`.
-fn sum(args: &Args, ix: usize, least: i32) -> Result<usize, Fault> {
+pub(super) fn sum(args: &Args, ix: usize, least: i32) -> Result<usize, Fault> {
     let values = args.ints(ix);
     if let Some(bad) = values.iter().find(|n| **n < least) {
         return Err(Fault::error(args.pos(ix), format!("expected counts of at least {least}, found {bad}")));
@@ -132,30 +131,6 @@ fn by_points(call: &Call<'_>) -> Result<Sizes, Fault> {
         return Err(Fault::error(param.pos, format!("expected at least 3 points, found {vertex}")));
     }
     Ok(polygons(1, vertex, vertex))
-}
-
-fn subdivision(call: &Call<'_>) -> Result<Sizes, Fault> {
-    let args = call.args;
-    let scheme = args.text(0).unwrap_or_default();
-    if !matches!(scheme, "catmull-clark" | "loop" | "bilinear") {
-        let message = format!("expected \"catmull-clark\", \"loop\" or \"bilinear\", found \"{scheme}\"");
-        return Err(Fault::error(args.pos(0), message));
-    }
-    let sizes = indexed(args, args.ints(1).len(), sum(args, 1, 3)?, 2)?;
-    // Tags, their counts (of integers and floats, and for hierarchical meshes maybe strings), values.
-    let tags = args.texts(3).len();
-    let counts = args.ints(4);
-    let strings = !args.is_none(7);
-    let each = if strings { 3 } else { 2 };
-    expect_len(args, 4, counts.len(), each * tags)?;
-    sum(args, 4, 0)?;
-    let total = |which: usize| counts.iter().skip(which).step_by(each).map(|n| *n as usize).sum();
-    expect_len(args, 5, args.ints(5).len(), total(0))?;
-    expect_len(args, 6, args.floats(6).len(), total(1))?;
-    if strings {
-        expect_len(args, 7, args.texts(7).len(), total(2))?;
-    }
-    Ok(sizes)
 }
 
 fn nurbs(args: &Args) -> Result<Sizes, Fault> {

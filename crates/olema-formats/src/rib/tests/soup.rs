@@ -64,7 +64,7 @@ fn token() -> impl Strategy<Value = String> {
 fn the_seed_itself_is_correct() {
     let read = survives(SEED.as_bytes());
     assert!(read.diagnostics.iter().all(|d| d.severity == Severity::Note), "{:?}", read.said());
-    assert_eq!(read.frames[0].scene.primitives.len(), 2);
+    assert_eq!(read.frames[0].scene.primitives.len(), 3);
 }
 
 #[test]

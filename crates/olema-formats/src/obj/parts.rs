@@ -162,7 +162,7 @@ impl Obj {
         names.dedup();
         let name = match names.as_slice() {
             [] => String::new(),
-            [all @ ..] if all.len() <= 3 => all.join(", "),
+            all if all.len() <= 3 => all.join(", "),
             [first, others @ ..] => format!("{first} and {} others", others.len()),
         };
         let line = groups.first().map_or(0, |g| self.groups[*g].line);

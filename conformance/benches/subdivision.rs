@@ -1,4 +1,5 @@
 //! Speed of subdivision surfaces: making the tables, beginning a base quad, points, boxes.
+#![allow(missing_docs)] // criterion_group! makes a public function without them.
 
 use std::hint::black_box;
 use std::sync::Arc;

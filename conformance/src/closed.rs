@@ -58,10 +58,12 @@ pub enum Kind {
     CubeOfPatches,
     /// A sheet wrapped in u whose first and last row are single points.
     Poles,
+    /// Two bicubic patches whose four sides are short and whose insides are blown up: diced in blocks.
+    Balloon,
 }
 
 /// All kinds.
-pub const KINDS: [Kind; 4] = [Kind::Torus, Kind::Box, Kind::CubeOfPatches, Kind::Poles];
+pub const KINDS: [Kind; 5] = [Kind::Torus, Kind::Box, Kind::CubeOfPatches, Kind::Poles, Kind::Balloon];
 
 /// A random closed surface in front of the camera.
 pub fn scene(kind: Kind, seed: u32) -> Scene {
@@ -73,6 +75,7 @@ pub fn scene(kind: Kind, seed: u32) -> Scene {
         Kind::Box => cube(&mut scene, &mut random, false),
         Kind::CubeOfPatches => cube(&mut scene, &mut random, true),
         Kind::Poles => poles(&mut scene, &mut random),
+        Kind::Balloon => balloon(&mut scene, &mut random),
     }
     scene
 }
@@ -138,6 +141,29 @@ fn poles(scene: &mut Scene, random: &mut Random) {
     }
     let kind = PatchKind::Bicubic { u: PatchBasis::BEZIER, v: PatchBasis::BEZIER };
     add(scene, wrapped(kind, nu, nv, false, points), DMat4::IDENTITY, &attributes(random));
+}
+
+fn balloon(scene: &mut Scene, random: &mut Random) {
+    // Ends of the mouth, a tenth of a unit wide, and inner points far away on either side.
+    let mut mouth = [[0.0f32; 3]; 16];
+    for (ix, point) in mouth.iter_mut().enumerate() {
+        let [dx, dy, dz] = random.jitter(0.01);
+        let (i, j) = ((ix % 4) as f64, (ix / 4) as f64);
+        *point = [i * 0.03 + dx, dy, j * 0.03 + dz].map(|c| c as f32);
+    }
+    for side in [-1.0, 1.0] {
+        let mut points = mouth;
+        for ix in [5, 6, 9, 10] {
+            let [dx, dy, dz] = random.jitter(1.0);
+            let (i, j) = (f64::from(ix % 4 * 2 - 3), f64::from(ix / 4 * 2 - 3));
+            points[ix as usize] = [3.0 * i + dx, side * 5.0 + dy, 3.0 * j + dz].map(|c| c as f32);
+        }
+        if side > 0.0 {
+            // The other side of the mouth: u runs the other way.
+            points.chunks_mut(4).for_each(<[_]>::reverse);
+        }
+        add(scene, bicubic(points), DMat4::IDENTITY, &attributes(random));
+    }
 }
 
 /// The six faces of a cube: origin, u and v axis, outwards along u x v.
@@ -230,4 +256,16 @@ pub fn displace(scene: &mut Scene, seed: u32, amplitude: f32) {
         let attributes = (*primitive.attributes).clone();
         primitive.attributes = Arc::new(Attributes { displacement: Some(made.shader), ..attributes });
     }
+}
+
+/// Scene `seed` of the long crack test: meshes and patches, every second one displaced.
+pub fn crack_scene(seed: u32) -> Scene {
+    let mut scene = match seed % 3 {
+        0 | 1 => subdivision_scene(seed),
+        _ => scene(KINDS[seed as usize / 3 % KINDS.len()], seed),
+    };
+    if seed / 3 % 2 == 1 {
+        displace(&mut scene, seed, 0.4);
+    }
+    scene
 }

@@ -5,8 +5,13 @@
 //! hits cannot fool it.
 
 use olema::engine::grids;
+use olema::geometry::subdivision::{EdgeKind, LimitSurface};
+use olema::pipeline::split::{PieceKind, Sabotage};
+use olema::pipeline::{Grid, Piece};
+use olema::sampling::inside::edge;
 use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};
 use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
+use olema::scene::Geometry;
 use olema::{Error, Scene, Settings};
 
 /// What the test saw.
@@ -18,8 +23,83 @@ pub struct CrackReport {
     pub cracked: u64,
     /// Grids drawn.
     pub grids: u64,
-    /// Edges that two patches share.
+    /// Edges that two or more patches share.
     pub welds: u64,
+    /// Sides of grids with another number of segments than their edge has.
+    pub unequal: u64,
+    /// Corners of base quads where other than four of them meet.
+    pub extraordinary: u64,
+    /// Sides of base quads that are creases, of any sharpness.
+    pub creases: u64,
+    /// Sides of grids that are a single point.
+    pub poles: u64,
+    /// Grids that are blocks of a larger lattice.
+    pub blocks: u64,
+}
+
+impl CrackReport {
+    /// Adds another report to this one.
+    pub fn add(&mut self, other: &CrackReport) {
+        self.covered += other.covered;
+        self.cracked += other.cracked;
+        self.grids += other.grids;
+        self.welds += other.welds;
+        self.unequal += other.unequal;
+        self.extraordinary += other.extraordinary;
+        self.creases += other.creases;
+        self.poles += other.poles;
+        self.blocks += other.blocks;
+    }
+
+    fn count_piece(&mut self, piece: &Piece, grid: &Grid) {
+        let PieceKind::Lattice { m, n, i, j } = piece.kind else { return };
+        self.grids += 1;
+        self.blocks += u64::from(i != [0, m] || j != [0, n]);
+        let lines = [m, n, m, n];
+        self.unequal += piece
+            .sides
+            .iter()
+            .zip(lines)
+            .filter(|(side, lines)| side.segments() != u32::from(*lines))
+            .count() as u64;
+        let (columns, rows) = (grid.m as usize, grid.n as usize);
+        let at = |i: usize, j: usize| j * (columns + 1) + i;
+        let is_point = |vertices: Vec<usize>| {
+            vertices.windows(2).all(|v| grid.x[v[0]] == grid.x[v[1]] && grid.y[v[0]] == grid.y[v[1]])
+        };
+        let sides = [
+            (0..=columns).map(|i| at(i, 0)).collect(),
+            (0..=rows).map(|j| at(columns, j)).collect(),
+            (0..=columns).map(|i| at(i, rows)).collect(),
+            (0..=rows).map(|j| at(0, j)).collect::<Vec<usize>>(),
+        ];
+        self.poles +=
+            sides.into_iter().filter(|side| side.len() > 2 && is_point(side.clone())).count() as u64;
+    }
+
+    fn count_meshes(&mut self, scene: &Scene) {
+        for primitive in &scene.primitives {
+            let Geometry::Subdivision(mesh) = &primitive.geometry else { continue };
+            let (surface, _) = LimitSurface::new(mesh.clone());
+            let mut meets = std::collections::HashMap::new();
+            for quad in 0..surface.num_quads() as u32 {
+                let quad = surface.quad(quad);
+                quad.corners.iter().for_each(|corner| *meets.entry(*corner).or_insert(0) += 1);
+                let sharp = |e: &&olema::geometry::subdivision::EdgeRef| e.kind != EdgeKind::Smooth;
+                self.creases += quad.edges.iter().filter(sharp).count() as u64;
+            }
+            self.extraordinary += meets.values().filter(|count| **count != 4).count() as u64;
+        }
+    }
+}
+
+/// What is broken on purpose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Broken {
+    /// A rule of the pipeline.
+    Rule(Sabotage),
+    /// Samples on an edge count for both of its sides.
+    Ties,
 }
 
 struct SignedCounts {
@@ -38,7 +118,7 @@ impl HitSink for SignedCounts {
 ///
 /// # Errors
 /// What the scene or the settings are wrong about.
-pub fn signed_hits(scene: &Scene, settings: &Settings) -> Result<CrackReport, Error> {
+pub fn signed_hits(scene: &Scene, settings: &Settings, broken: Option<Broken>) -> Result<CrackReport, Error> {
     let pattern = SamplePattern::new(PatternSpec {
         samples: settings.samples,
         seed: settings.seed,
@@ -48,14 +128,67 @@ pub fn signed_hits(scene: &Scene, settings: &Settings) -> Result<CrackReport, Er
     let samples = RegionSamples::new(&pattern, Region::new(0, width, 0, height));
     let mut counts = SignedCounts { sum: vec![0; samples.len()], hits: vec![0; samples.len()] };
     let mut report = CrackReport::default();
-    let stats = grids(scene, settings, |grid| {
-        report.grids += 1;
+    let sabotage = if let Some(Broken::Rule(rule)) = broken { Some(rule) } else { None };
+    let stats = grids(scene, settings, sabotage, |piece, grid| {
+        report.count_piece(piece, grid);
+        if broken == Some(Broken::Ties) {
+            rasterize_inclusive(grid, &samples, &mut counts);
+            return;
+        }
         let view =
             GridView { m: grid.m as usize, n: grid.n as usize, x: &grid.x, y: &grid.y, depth: &grid.depth };
         rasterize_grid(view, Facing::Any, None, &samples, &mut SampleCounts::default(), &mut counts);
     })?;
+    report.count_meshes(scene);
     report.welds = stats.welds;
     report.covered = counts.hits.iter().filter(|&&h| h > 0).count() as u64;
     report.cracked = counts.sum.iter().filter(|&&s| s != 0).count() as u64;
     Ok(report)
+}
+
+/// Whether a mesh is closed and consistently oriented: every edge has a face on either side, in opposite
+/// directions, and none is a hole.
+pub fn is_closed(mesh: &olema::scene::SubdivisionMesh) -> bool {
+    let mut directions = std::collections::HashMap::new();
+    let mut corners = mesh.indices.iter();
+    for &count in &mesh.face_vertex_counts {
+        let face: Vec<i32> = corners.by_ref().take(usize::try_from(count).unwrap_or(0)).copied().collect();
+        for (ix, &from) in face.iter().enumerate() {
+            let to = face[(ix + 1) % face.len()];
+            let sign = if from < to { 1 } else { -1 };
+            let entry: &mut [i32; 2] = directions.entry((from.min(to), from.max(to))).or_default();
+            *entry = [entry[0] + 1, entry[1] + sign];
+        }
+    }
+    mesh.holes.is_empty() && !directions.is_empty() && directions.values().all(|d| *d == [2, 0])
+}
+
+/// A rasterizer without a tie rule: a sample on an edge is inside of both triangles.
+fn rasterize_inclusive(grid: &Grid, samples: &RegionSamples, counts: &mut SignedCounts) {
+    let region = samples.region;
+    let per_pixel = samples.samples_per_pixel();
+    for micropolygon in 0..grid.num_micropolygons() {
+        let [v0, v1, v2, v3] = grid.corners(micropolygon).map(|v| [grid.x[v], grid.y[v]]);
+        for [a, b, c] in [[v0, v1, v2], [v0, v2, v3]] {
+            let pixels = |axis: usize| {
+                let values = [a[axis], b[axis], c[axis]];
+                let (low, high) =
+                    (values.iter().min().unwrap_or(&0) >> 8, values.iter().max().unwrap_or(&0) >> 8);
+                low..=high
+            };
+            for py in pixels(1) {
+                for px in pixels(0).filter(|px| region.contains(*px, py)) {
+                    let first = region.pixel_ix(px, py) * per_pixel;
+                    for ix in first..first + per_pixel {
+                        let s = samples.position(ix);
+                        let w = [edge(b, c, s), edge(c, a, s), edge(a, b, s)];
+                        let sign = w.iter().sum::<i64>().signum();
+                        if sign != 0 && w.iter().all(|w| w * sign >= 0) {
+                            counts.hit(ix, 0.0, 0, sign as i8);
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

@@ -1,8 +1,11 @@
 //! Scenes, comparisons, goldens and benches shared by the tests of all engines.
 
+pub mod bad_shaders;
 pub mod closed;
 pub mod cracks;
+pub mod creature;
 pub mod goldens;
+pub mod occlusion_scenes;
 pub mod scenes;
 pub mod shapes;
 pub mod teapot;

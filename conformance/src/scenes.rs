@@ -227,3 +227,46 @@ pub fn lit_by(light: &str) -> Scene {
     }
     scene
 }
+
+/// A creased, displaced cube of a few quads and n-gons beside displaced patches that share their borders.
+pub fn displaced() -> Scene {
+    use olema::shading::{ShaderParam as Param, displacement};
+    let mut scene = teapot_from([1.5, -7.0, 3.5], [0.6, 0.0, 0.9], 46.0);
+    let bumps = displacement("fractal", &[Param::float("amplitude", 0.3), Param::float("frequency", 1.5)]);
+    let bumps = bumps.expect("a standard displacement").shader;
+    let lights = Arc::clone(&scene.primitives[0].attributes.lights);
+    for primitive in &mut scene.primitives {
+        let attributes = (*primitive.attributes).clone();
+        primitive.attributes = Arc::new(Attributes { displacement: Some(Arc::clone(&bumps)), ..attributes });
+    }
+    let cells = displacement("cells", &[Param::float("amplitude", 0.25), Param::float("frequency", 2.0)]);
+    let attributes = Arc::new(Attributes {
+        name: "prism".to_owned(),
+        color: [0.3, 0.5, 0.8],
+        surface: surface("plastic"),
+        displacement: Some(cells.expect("a standard displacement").shader),
+        lights,
+        shading_interpolation: ShadingInterpolation::Smooth,
+        ..Attributes::default()
+    });
+    let mesh = Geometry::Subdivision(Arc::new(crate::shapes::prism(5)));
+    let place = DMat4::from_translation(DVec3::new(3.2, -1.6, 0.6)) * DMat4::from_scale(DVec3::splat(1.1));
+    add(&mut scene, mesh, place, &attributes);
+    scene
+}
+
+/// A subdivision mesh in a shape's own colours, seen from the side.
+pub fn mesh(mesh: olema::scene::SubdivisionMesh) -> Scene {
+    let mut scene = Scene::new(camera([2.2, -4.6, 2.4], [0.0; 3], 38.0));
+    let lights = add_lights(&mut scene, [3.0, -4.0, 6.0]);
+    let attributes = Arc::new(Attributes {
+        name: "mesh".to_owned(),
+        color: [0.5, 0.65, 0.4],
+        surface: surface("plastic"),
+        lights,
+        shading_interpolation: ShadingInterpolation::Smooth,
+        ..Attributes::default()
+    });
+    add(&mut scene, Geometry::Subdivision(Arc::new(mesh)), DMat4::IDENTITY, &attributes);
+    scene
+}

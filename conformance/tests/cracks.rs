@@ -10,7 +10,8 @@ fn closed_surfaces_are_hit_as_often_from_the_front_as_from_the_back() {
     let mut welds = 0;
     for kind in KINDS {
         for seed in 0..40 {
-            let report = signed_hits(&scene(kind, seed), &small(96, 96, [4, 4])).expect("a correct scene");
+            let report =
+                signed_hits(&scene(kind, seed), &small(96, 96, [4, 4]), None).expect("a correct scene");
             assert_eq!(report.cracked, 0, "{kind:?} {seed}: {report:?}");
             assert!(report.covered > 1000, "{kind:?} {seed} is hardly in the picture: {report:?}");
             covered += report.covered;
@@ -24,7 +25,8 @@ fn closed_surfaces_are_hit_as_often_from_the_front_as_from_the_back() {
 fn closed_subdivision_surfaces_have_no_cracks() {
     let mut covered = 0;
     for seed in 0..60 {
-        let report = signed_hits(&subdivision_scene(seed), &small(80, 80, [4, 4])).expect("a correct scene");
+        let report =
+            signed_hits(&subdivision_scene(seed), &small(80, 80, [4, 4]), None).expect("a correct scene");
         assert_eq!(report.cracked, 0, "{seed}: {report:?}");
         covered += report.covered;
     }
@@ -49,7 +51,7 @@ fn closed_named_meshes_have_no_cracks() {
     ];
     for (name, mesh) in meshes {
         let scene = mesh_scene(mesh, &mut Random::new(7));
-        let report = signed_hits(&scene, &small(80, 80, [4, 4])).expect("a correct scene");
+        let report = signed_hits(&scene, &small(80, 80, [4, 4]), None).expect("a correct scene");
         assert_eq!(report.cracked, 0, "{name}: {report:?}");
         assert!(report.covered > 1000, "{name}: {report:?}");
     }
@@ -65,18 +67,46 @@ fn displaced_surfaces_have_no_cracks() {
             scene(KINDS[seed as usize / 2 % KINDS.len()], seed)
         };
         displace(&mut scene, seed, 0.4);
-        let report = signed_hits(&scene, &small(72, 72, [4, 4])).expect("a correct scene");
+        let report = signed_hits(&scene, &small(72, 72, [4, 4]), None).expect("a correct scene");
         assert_eq!(report.cracked, 0, "{seed}: {report:?}");
         covered += report.covered;
     }
     assert!(covered > 300_000, "{covered} samples");
 }
 
+/// Each rule is broken on scenes that need it; over a few of them cracks must show.
+#[test]
+fn every_broken_rule_is_seen() {
+    use conformance::closed::crack_scene;
+    use conformance::cracks::Broken;
+    use olema::pipeline::split::Sabotage;
+    let rules = [
+        Broken::Ties,
+        Broken::Rule(Sabotage::Snap),
+        Broken::Rule(Sabotage::Owner),
+        Broken::Rule(Sabotage::Rate),
+        Broken::Rule(Sabotage::Width),
+        Broken::Rule(Sabotage::Normal),
+        Broken::Rule(Sabotage::Middle),
+        Broken::Rule(Sabotage::EstimatedNormals),
+    ];
+    for broken in rules {
+        let cracked: u64 = (0..24)
+            .map(|seed| {
+                signed_hits(&crack_scene(seed), &small(64, 64, [4, 4]), Some(broken))
+                    .expect("a scene")
+                    .cracked
+            })
+            .sum();
+        assert!(cracked > 0, "{broken:?} goes unnoticed");
+    }
+}
+
 #[test]
 fn a_missing_patch_is_seen() {
     let mut open = scene(Kind::Box, 1);
     open.primitives.pop();
-    let report = signed_hits(&open, &small(96, 96, [4, 4])).expect("a correct scene");
+    let report = signed_hits(&open, &small(96, 96, [4, 4]), None).expect("a correct scene");
     assert!(report.cracked > 0, "the test cannot fail: {report:?}");
 }
 
@@ -85,6 +115,6 @@ fn a_patch_that_is_a_little_off_is_seen() {
     // Farther than the weld tolerance: two edges that are diced on their own.
     let mut torn = scene(Kind::CubeOfPatches, 3);
     torn.primitives[0].to_world.values[0] = glam::DMat4::from_translation(glam::DVec3::splat(2e-2));
-    let report = signed_hits(&torn, &small(96, 96, [4, 4])).expect("a correct scene");
+    let report = signed_hits(&torn, &small(96, 96, [4, 4]), None).expect("a correct scene");
     assert!(report.cracked > 0, "the test cannot fail: {report:?}");
 }

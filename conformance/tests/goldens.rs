@@ -118,6 +118,45 @@ fn sides_and_orientation() {
 }
 
 #[test]
+fn subdivision_surfaces() {
+    use conformance::shapes;
+    use olema::scene::{BoundaryRule, Scheme};
+    let settings = small(64, 48, [4, 4]);
+    let meshes = [
+        ("cube", shapes::cube()),
+        ("pyramid_semi_sharp", shapes::pyramid(1.5)),
+        ("pyramid_sharp", shapes::pyramid(10.0)),
+        ("prism", shapes::prism(7)),
+        ("loop_icosahedron", shapes::icosahedron(Scheme::Loop)),
+        ("bilinear_tetrahedron", shapes::tetrahedron(Scheme::Bilinear)),
+        ("poles", shapes::poles(50, Scheme::CatmullClark)),
+        ("open_sheet", shapes::open_sheet(4, 4, BoundaryRule::EdgeAndCorner, Scheme::CatmullClark)),
+    ];
+    for (name, mesh) in meshes {
+        golden(&format!("subdivision_{name}"), &scenes::mesh(mesh), &settings);
+    }
+    let mut hole = shapes::torus(8, 6);
+    hole.holes = vec![3, 4, 20];
+    golden("subdivision_holes", &scenes::mesh(hole), &settings);
+}
+
+#[test]
+fn displacement() {
+    use olema::shading::{DISPLACEMENTS, ShaderParam as Param, displacement};
+    golden("displaced", &scenes::displaced(), &small(128, 96, [4, 4]));
+    for name in DISPLACEMENTS.iter().filter(|name| !matches!(**name, "image" | "bumpy")) {
+        for bump in [0.0, 1.0] {
+            let mut scene = scenes::mesh(conformance::shapes::cube());
+            let params = [Param::float("amplitude", 0.2), Param::float("bump", bump)];
+            let made = displacement(name, &params).expect("a standard displacement");
+            edit(&mut scene, |_, attributes| attributes.displacement = Some(made.shader.clone()));
+            let suffix = if bump > 0.0 { "_bump" } else { "" };
+            golden(&format!("displacement_{name}{suffix}"), &scene, &small(64, 48, [4, 4]));
+        }
+    }
+}
+
+#[test]
 fn background_and_exposure() {
     let base = small(64, 48, [4, 4]);
     let scene = scenes::teapot();

@@ -49,6 +49,7 @@ fn test_scenes() -> Vec<(&'static str, Scene)> {
         ("layers", scenes::layers()),
         ("ground to the horizon", scenes::ground()),
         ("coplanar", scenes::coplanar()),
+        ("displaced", scenes::displaced()),
     ]
 }
 

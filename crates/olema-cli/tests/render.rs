@@ -8,7 +8,6 @@ use common::{Bench, SQUARE, png_size, signal, three_frames, wait_until};
 const SLOW: [&str; 6] = ["--res", "8000x6000", "--spp", "256", "--threads", "1"];
 
 #[test]
-#[ignore = "needs the engine"]
 fn a_missing_scene_exits_3_and_is_named() {
     let bench = Bench::new();
     for command in ["render", "info"] {
@@ -21,7 +20,6 @@ fn a_missing_scene_exits_3_and_is_named() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn the_scenes_display_names_the_picture() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -33,7 +31,6 @@ fn the_scenes_display_names_the_picture() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn a_scene_cannot_write_outside_the_current_directory() {
     let bench = Bench::new();
     std::fs::create_dir(bench.path("victim")).unwrap();
@@ -49,7 +46,6 @@ fn a_scene_cannot_write_outside_the_current_directory() {
 
 #[cfg(unix)]
 #[test]
-#[ignore = "needs the engine"]
 fn a_scene_cannot_write_through_a_link() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -66,7 +62,6 @@ fn a_scene_cannot_write_through_a_link() {
 
 #[cfg(unix)]
 #[test]
-#[ignore = "needs the engine"]
 fn a_device_is_written_to_and_stays() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -76,7 +71,6 @@ fn a_device_is_written_to_and_stays() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn a_render_again_replaces_the_picture() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -87,7 +81,6 @@ fn a_render_again_replaces_the_picture() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn frames_fill_the_pattern_and_are_chosen() {
     let bench = Bench::new();
     bench.file("a.rib", three_frames());
@@ -98,7 +91,6 @@ fn frames_fill_the_pattern_and_are_chosen() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn frames_that_are_not_there_exit_3() {
     let bench = Bench::new();
     bench.file("a.rib", three_frames());
@@ -108,7 +100,6 @@ fn frames_that_are_not_there_exit_3() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn a_second_frame_never_replaces_the_first() {
     let bench = Bench::new();
     bench.file("a.rib", three_frames());
@@ -121,7 +112,6 @@ fn a_second_frame_never_replaces_the_first() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn standard_input_is_a_scene() {
     let bench = Bench::new();
     let ran = bench.run_with_input(&["render", "-", "-o", "a.png"], SQUARE);
@@ -129,7 +119,6 @@ fn standard_input_is_a_scene() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn a_picture_beyond_memory_exits_4() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -140,7 +129,6 @@ fn a_picture_beyond_memory_exits_4() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn crops_have_the_size_of_the_window() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -152,7 +140,6 @@ fn crops_have_the_size_of_the_window() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn quiet_says_nothing_when_all_is_well() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -161,7 +148,6 @@ fn quiet_says_nothing_when_all_is_well() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn options_that_must_not_matter_do_not() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -176,7 +162,6 @@ fn options_that_must_not_matter_do_not() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn a_coarser_shading_rate_dices_fewer_points() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -189,7 +174,6 @@ fn a_coarser_shading_rate_dices_fewer_points() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn stats_hold_a_record_a_picture() {
     let bench = Bench::new();
     bench.file("a.rib", three_frames());
@@ -208,7 +192,6 @@ fn stats_hold_a_record_a_picture() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn progress_lines_are_json_on_request() {
     let bench = Bench::new();
     bench.file("a.rib", format!("Nonsense 1 2\n{SQUARE}"));
@@ -220,7 +203,6 @@ fn progress_lines_are_json_on_request() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn messages_show_the_source_line_and_point_into_it() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE.replace("\"bilinear\"", "\"trilinear\""));
@@ -231,7 +213,6 @@ fn messages_show_the_source_line_and_point_into_it() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn messages_that_repeat_are_counted() {
     let bench = Bench::new();
     bench.file("a.rib", format!("{}{SQUARE}", "Nonsense\n".repeat(1000)));
@@ -243,7 +224,6 @@ fn messages_that_repeat_are_counted() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn a_file_without_a_world_exits_3() {
     let bench = Bench::new();
     bench.file("a.rib", "# nothing\n");
@@ -253,7 +233,6 @@ fn a_file_without_a_world_exits_3() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn one_bad_file_does_not_keep_the_others_from_being_rendered() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
@@ -263,7 +242,6 @@ fn one_bad_file_does_not_keep_the_others_from_being_rendered() {
 
 #[cfg(unix)]
 #[test]
-#[ignore = "needs the engine"]
 fn signals_stop_cleanly_and_finished_pictures_stay() {
     for (name, code) in [("INT", 130), ("TERM", 143)] {
         let bench = Bench::new();
@@ -287,7 +265,6 @@ fn signals_stop_cleanly_and_finished_pictures_stay() {
 
 #[cfg(unix)]
 #[test]
-#[ignore = "needs the engine"]
 fn a_signal_ends_a_wait_for_standard_input() {
     let bench = Bench::new();
     let mut child = bench.spawn(&["render", "-", "-o", "a.png", "--stats", "s.json"]);
@@ -304,7 +281,6 @@ fn a_signal_ends_a_wait_for_standard_input() {
 }
 
 #[test]
-#[ignore = "needs the engine"]
 fn info_tells_what_is_in_the_scene() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);

@@ -277,15 +277,23 @@ fn create_beside(target: &Path) -> io::Result<(PathBuf, File)> {
 /// [`ImageError`] where the file cannot be opened, is not a whole PNG, or has more than [`MAX_PIXELS`] pixels
 /// ([`MAX_INTERLACED_PIXELS`] if interlaced). Memory grows only with what the file really holds.
 pub fn read_png(path: &Path) -> Result<Picture8, ImageError> {
+    read_png_within(path, MAX_PIXELS)
+}
+
+/// The same with fewer pixels allowed.
+///
+/// # Errors
+/// As [`read_png`], for more than `max_pixels` pixels too.
+pub fn read_png_within(path: &Path, max_pixels: u64) -> Result<Picture8, ImageError> {
     let file = File::open(path).map_err(|source| ImageError::Io {
         path: path.to_owned(),
         action: "open",
         source,
     })?;
-    decode(path, file)
+    decode(path, file, max_pixels)
 }
 
-fn decode(path: &Path, input: impl Read + Seek) -> Result<Picture8, ImageError> {
+fn decode(path: &Path, input: impl Read + Seek, max_pixels: u64) -> Result<Picture8, ImageError> {
     let failed = |source| match source {
         png::DecodingError::IoError(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
             ImageError::Io { path: path.to_owned(), action: "read", source }
@@ -300,7 +308,7 @@ fn decode(path: &Path, input: impl Read + Seek) -> Result<Picture8, ImageError> 
     let mut reader = decoder.read_info().map_err(failed)?;
     let info = reader.info();
     let (width, height, interlaced) = (info.width, info.height, info.interlaced);
-    let limit = if interlaced { MAX_INTERLACED_PIXELS } else { MAX_PIXELS };
+    let limit = if interlaced { MAX_INTERLACED_PIXELS } else { MAX_PIXELS }.min(max_pixels);
     if u64::from(width) * u64::from(height) > limit {
         return Err(ImageError::TooLarge { path: path.to_owned(), width, height, limit });
     }

@@ -52,7 +52,7 @@ fn made(color: png::ColorType, depth: png::BitDepth, size: [u32; 2], samples: &[
 }
 
 fn decode_bytes(bytes: &[u8]) -> Result<Picture8, ImageError> {
-    decode(Path::new("a.png"), Cursor::new(bytes))
+    decode(Path::new("a.png"), Cursor::new(bytes), MAX_PIXELS)
 }
 
 #[test]

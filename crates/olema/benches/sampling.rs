@@ -1,4 +1,5 @@
 //! Sampling: NoMotion on quads of 1 px, the pattern's set-up, a region's lay-out.
+#![allow(missing_docs)] // criterion_group! makes a public function without them.
 
 use std::cmp::Ordering;
 use std::hint::black_box;

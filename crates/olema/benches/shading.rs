@@ -58,7 +58,7 @@ fn surfaces(c: &mut Criterion) {
     group.finish();
 }
 
-/// The bowl's points, about 0.1 apart: what is 0.1 wide leaves two octaves of six.
+/// The bowl's points, about 0.1 apart: a width of 0.1 leaves three of six octaves.
 fn displacements(c: &mut Criterion) {
     let shaded = grid();
     let (s, t) = (0..289).map(|n| ((n % 17) as f32 / 16.0, (n / 17) as f32 / 16.0)).unzip();

@@ -62,6 +62,7 @@ pub mod error;
 pub mod geometry;
 pub mod image;
 pub mod math;
+pub mod occlusion;
 pub mod pipeline;
 pub mod sampling;
 pub mod scene;

@@ -179,7 +179,8 @@ fn standard(name: &str) -> Option<Decl> {
         "constantnormal" => Decl::new(Constant, Normal),
         "Ka" | "Kd" | "Ks" | "Kr" | "roughness" | "intensity" | "coneangle" | "conedeltaangle"
         | "beamdistribution" | "amplitude" | "mindistance" | "maxdistance" | "distance" | "fov"
-        | "jitter" | "maxdepth" | "dither" | "sphere" | "gamma" | "gain" | "minwidth" => Decl::FLOAT,
+        | "jitter" | "maxdepth" | "bump" | "frequency" | "gain" | "lacunarity" | "octaves" | "seed"
+        | "zero" | "sscale" | "tscale" | "dither" | "sphere" | "gamma" | "minwidth" => Decl::FLOAT,
         "specularcolor" | "lightcolor" | "bgcolor" | "background" | "color" => Decl::new(Uniform, Color),
         "from" | "to" => Decl::new(Uniform, Point),
         "texturename" | "shadowname" | "depthfilter" | "compression" | "coordinatesystem" | "name"
@@ -195,6 +196,7 @@ fn standard(name: &str) -> Option<Decl> {
         "othreshold" => Decl::new(Uniform, Color),
         "__tocamera" => Decl::new(Uniform, Matrix),
         "dPdu" | "dPdv" => Decl::new(Varying, Vector),
+        "direction" | "offset" => Decl::new(Uniform, Vector),
         _ => return None,
     })
 }

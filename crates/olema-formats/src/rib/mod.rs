@@ -11,6 +11,7 @@ mod args;
 mod basis;
 mod condition;
 mod declare;
+mod displacement;
 mod fault;
 mod interp;
 mod lexer;
@@ -23,6 +24,7 @@ pub mod shaders;
 mod source;
 mod state;
 pub mod statements;
+mod textures;
 mod transform;
 
 use std::io::Read;
@@ -38,7 +40,7 @@ use shaders::ShaderLibrary;
 /// What a reader may do and use.
 #[derive(Debug, Clone)]
 pub struct ReadOptions {
-    /// Directories searched for archives, before the file's own `Option "searchpath"`; "&" in the latter
+    /// Directories searched for archives and images, before the file's own `Option "searchpath"`; "&" in the latter
     /// stands for what was there before.
     pub search_path: Vec<PathBuf>,
     /// Most archives nested in each other.

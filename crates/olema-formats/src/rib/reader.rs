@@ -3,7 +3,10 @@
 //! Sources stand on a stack: the file, the archives it reads, the recordings it runs. What is wrong with one
 //! statement is said, and reading goes on at the next; what is wrong with an archive ends that archive.
 
+use std::path::Path;
 use std::sync::Arc;
+
+use olema::shading::TextureImage;
 
 use crate::diagnostic::{Diagnostic, Severity};
 
@@ -16,6 +19,7 @@ use super::shaders::ShaderLibrary;
 use super::source::{FileSource, Replay, Source, candidates};
 use super::state::Site;
 use super::statements::{self, Id};
+use super::textures::Textures;
 use super::{ReadError, ReadOptions, RibFrame};
 
 /// An open IfBegin.
@@ -44,6 +48,7 @@ pub struct Reader {
     pub(super) skipped: u32,
     pub(super) diagnostics: Vec<Diagnostic>,
     pub(super) left_out: u64,
+    textures: Textures,
     /// The file of the statement that is being run.
     pub(super) file: Arc<str>,
     ended: bool,
@@ -76,6 +81,7 @@ impl Reader {
             skipped: 0,
             diagnostics: Vec::new(),
             left_out: 0,
+            textures: Textures::default(),
             ended: false,
         }
     }
@@ -236,8 +242,15 @@ impl Reader {
             self.condition(&call)?;
             return Ok(Step::Go);
         }
-        match self.interp.run(call)? {
-            Flow::Next => {}
+        let mut flow = self.interp.run(call)?;
+        while let Flow::Texture { name } = flow {
+            let found = self.texture(&name);
+            self.interp.textures.insert(name, found);
+            flow = self.interp.run(call)?;
+        }
+        self.interp.textures.clear();
+        match flow {
+            Flow::Next | Flow::Texture { .. } => {}
             Flow::Frame(frame) => return Ok(Step::Frame(frame)),
             Flow::Archive { name, is_object } => self.enter_archive(&name, is_object, call.site)?,
             Flow::Replay { recording, is_object } => {
@@ -260,14 +273,31 @@ impl Reader {
         Ok(())
     }
 
-    fn enter_archive(&mut self, name: &str, is_object: bool, site: &Site) -> Result<(), Fault> {
-        self.check_depth(site.pos)?;
-        let beside = self.sources.iter().rev().find_map(|s| match s {
+    /// An image, found as archives are.
+    fn texture(&mut self, name: &str) -> Result<Arc<TextureImage>, String> {
+        let paths = [self.options.search_path.as_slice(), &self.interp.options.texture_path];
+        let tried = candidates(name, self.beside(), &paths);
+        let (image, bytes) = self.textures.find(name, &tried, self.interp.room.left())?;
+        self.interp.room.hold(bytes).map_err(|full| {
+            format!("image \"{name}\": the {} bytes granted for a frame are used up", full.limit)
+        })?;
+        self.interp.kept = self.interp.kept.saturating_add(bytes);
+        Ok(image)
+    }
+
+    /// The file that is being read, if it is one.
+    fn beside(&self) -> Option<&Path> {
+        let innermost = self.sources.iter().rev().find_map(|s| match s {
             Source::File(file) => Some(file.path.as_deref()),
             Source::Replay(_) => None,
         });
+        innermost.flatten()
+    }
+
+    fn enter_archive(&mut self, name: &str, is_object: bool, site: &Site) -> Result<(), Fault> {
+        self.check_depth(site.pos)?;
         let paths = [self.options.search_path.as_slice(), &self.interp.options.search_path];
-        let tried = candidates(name, beside.flatten(), &paths);
+        let tried = candidates(name, self.beside(), &paths);
         let Some(path) = tried.iter().find(|p| p.is_file()) else {
             let message =
                 format!("archive \"{name}\" is not in any of the {} places searched; left out", tried.len());

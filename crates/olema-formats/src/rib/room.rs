@@ -7,7 +7,7 @@
 /// Bytes that opening an archive counts for.
 pub const ARCHIVE_COST: u64 = 16 << 10;
 /// Bytes that replaying one recorded statement counts for.
-pub const REPLAY_COST: u64 = 64;
+pub const REPLAY_COST: u64 = 512;
 
 /// The account.
 #[derive(Debug, Clone)]
@@ -38,6 +38,11 @@ impl Room {
         }
         self.held = sum;
         Ok(())
+    }
+
+    /// Bytes that are left.
+    pub fn left(&self) -> u64 {
+        self.limit.saturating_sub(self.held).saturating_sub(self.scratch)
     }
 
     /// Makes room for at least one more element in `values`, doubling it.

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use olema::shading::{self, LightShader, ShaderParam, SurfaceShader};
+use olema::shading::{self, DisplacementShader, Images, LightShader, ShaderParam, SurfaceShader};
 
 /// A shader, and what there is to say about its parameters.
 #[derive(Debug)]
@@ -28,6 +28,17 @@ pub trait ShaderLibrary: Debug + Send + Sync {
     /// As for [`Self::surface`].
     fn light(&self, name: &str, params: &[ShaderParam]) -> Result<Made<dyn LightShader>, String>;
 
+    /// Makes a displacement shader; images that it names are asked of `images`.
+    ///
+    /// # Errors
+    /// As for [`Self::surface`], and where an image is missing.
+    fn displacement(
+        &self,
+        name: &str,
+        params: &[ShaderParam],
+        images: &Images,
+    ) -> Result<Made<dyn DisplacementShader>, String>;
+
     /// The surface where none is given or the given one cannot be made.
     fn default_surface(&self) -> Arc<dyn SurfaceShader>;
 }
@@ -44,6 +55,16 @@ impl ShaderLibrary for Standard {
 
     fn light(&self, name: &str, params: &[ShaderParam]) -> Result<Made<dyn LightShader>, String> {
         let made = shading::light(name, params).map_err(|e| e.to_string())?;
+        Ok(Made { shader: made.shader, warnings: made.warnings })
+    }
+
+    fn displacement(
+        &self,
+        name: &str,
+        params: &[ShaderParam],
+        images: &Images,
+    ) -> Result<Made<dyn DisplacementShader>, String> {
+        let made = shading::displacement_with_images(name, params, images).map_err(|e| e.to_string())?;
         Ok(Made { shader: made.shader, warnings: made.warnings })
     }
 

@@ -10,6 +10,7 @@ use olema::shading::{LightShader, SurfaceShader};
 
 use super::args::Args;
 use super::declare::Decl;
+use super::displacement::{BoundState, DisplacementState};
 use super::fault::Pos;
 use super::transform::Transform;
 use super::{Display, Quantize};
@@ -124,6 +125,8 @@ pub struct OptionState {
     pub eye_splits: Option<u32>,
     /// `Option "searchpath" "archive"`.
     pub search_path: Vec<PathBuf>,
+    /// `Option "searchpath" "texture"`.
+    pub texture_path: Vec<PathBuf>,
     /// Values for conditions.
     pub values: Values,
 }
@@ -154,6 +157,7 @@ impl Default for OptionState {
             bucket: None,
             eye_splits: None,
             search_path: Vec::new(),
+            texture_path: Vec::new(),
             values: Values::default(),
         }
     }
@@ -179,6 +183,10 @@ pub struct AttrState {
     pub detail_range: [f64; 4],
     /// Spaces named by `ScopedCoordinateSystem`.
     pub spaces: Arc<Vec<Space>>,
+    /// `Displacement`, in its own space.
+    pub displacement: Option<DisplacementState>,
+    /// `Attribute "displacementbound"`.
+    pub displacement_bound: BoundState,
     /// Values for conditions.
     pub values: Values,
 }
@@ -211,6 +219,8 @@ impl AttrState {
             detail: f64::INFINITY,
             detail_range: [0.0, 0.0, f64::INFINITY, f64::INFINITY],
             spaces: Arc::default(),
+            displacement: None,
+            displacement_bound: BoundState::default(),
             values: Values::default(),
         }
     }

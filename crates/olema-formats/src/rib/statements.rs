@@ -114,7 +114,7 @@ statements! {
     "ArchiveEnd" ArchiveEnd Drawn Any [] "";
     "AreaLightSource" AreaLightSource NotYet Any [Text("shader"), Handle("handle"), Params] "Taken as a plain light of that shader.";
     "Atmosphere" Atmosphere NotYet Any [Text("shader"), Params] "";
-    "Attribute" Attribute State Any [Text("name"), Params] "\"identifier\" \"name\" names primitives in messages; \"user\" values can be asked for by IfBegin; others have no effect.";
+    "Attribute" Attribute State Any [Text("name"), Params] "\"identifier\" \"name\" names primitives in messages; \"displacementbound\" sphere and coordinatesystem limit displacement; \"user\" values can be asked for by IfBegin; others have no effect.";
     "AttributeBegin" AttributeBegin Drawn Any [] "";
     "AttributeEnd" AttributeEnd Drawn Any [] "";
     "Basis" Basis Drawn Any [Basis("u basis"), Int("u step"), Basis("v basis"), Int("v step")] "bezier, b-spline, catmull-rom, hermite, power, or sixteen numbers.";
@@ -139,7 +139,7 @@ statements! {
     "Detail" Detail Drawn Any [Nums("box", 6)] "";
     "DetailRange" DetailRange Drawn Any [Nums("minvisible lower upper maxvisible", 4)] "A representation is drawn from the middle of its lower transition to the middle of its upper one.";
     "Disk" Disk NotYet World [Nums("height radius thetamax", 3), Params] "";
-    "Displacement" Displacement NotYet Any [Text("shader"), Params] "";
+    "Displacement" Displacement Drawn Any [Text("shader"), Params] "bumpy, cells, fractal, image, noise, vector, waves; one that is unknown, or whose image is missing, leaves the surface as it is, with a warning.";
     "Display" Display Drawn Options [Text("name"), Text("driver"), Text("mode"), Params] "A name that starts with \"+\" adds a display; \"quantize\" and \"dither\" are honoured, other parameters are the driver's.";
     "Else" Else Drawn Any [] "";
     "ElseIf" ElseIf Drawn Any [Text("condition"), Params] "";
@@ -179,7 +179,7 @@ statements! {
     "ObjectEnd" ObjectEnd Drawn Any [] "";
     "ObjectInstance" ObjectInstance Drawn World [Handle("handle"), Params] "Instances share their geometry.";
     "Opacity" Opacity Drawn Any [Nums("opacity", 3)] "";
-    "Option" Option State Any [Text("name"), Params] "\"limits\" gridsize, bucketsize and eyesplits, \"searchpath\" archive, and \"user\" values are honoured.";
+    "Option" Option State Any [Text("name"), Params] "\"limits\" gridsize, bucketsize and eyesplits, \"searchpath\" archive and texture, and \"user\" values are honoured.";
     "Orientation" Orientation Drawn Any [Text("orientation")] "";
     "Paraboloid" Paraboloid NotYet World [Nums("rmax zmin zmax thetamax", 4), Params] "";
     "Patch" Patch Drawn World [Text("type"), Params] "";

@@ -10,7 +10,7 @@ use crate::pipeline::dice::{Diced, dice};
 use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, filter_pixels};
 use crate::pipeline::sample::{GridSlots, SlotsFull, TileBuffers};
 use crate::pipeline::shade::shade;
-use crate::pipeline::split::{Fate, Piece, SplitContext};
+use crate::pipeline::split::{Fate, Piece, Sabotage, SplitContext};
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{RegionSamples, SampleBuffer, TransparentRecords};
 use crate::scene::Scene;
@@ -41,18 +41,21 @@ impl<'a> Bench<'a> {
 
     /// All pieces that are diced, in canonical order, whether they can be seen or not.
     pub fn split(&self) -> Vec<Piece> {
-        let context = self.frame.context();
         let mut pieces = Vec::new();
+        self.each_piece(&self.frame.context(), |piece| pieces.push(*piece));
+        pieces
+    }
+
+    fn each_piece(&self, context: &SplitContext, mut visit: impl FnMut(&Piece)) {
         for patch in 0..self.frame.patches.patches.len() as u32 {
             let mut stack = vec![context.whole(patch)];
             while let Some(piece) = stack.pop() {
                 match context.fate(&piece) {
                     Fate::Split([first, second]) => stack.extend([second, first]),
-                    Fate::Dice(piece) => pieces.push(piece),
+                    Fate::Dice(piece) => visit(&piece),
                 }
             }
         }
-        pieces
     }
 
     /// Bounds of those that can be seen.
@@ -116,20 +119,26 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// Hands every grid of a scene to `visit`, shaded, in canonical order and whether it can be seen or not: for
-/// tests and experiments that look at grids themselves.
+/// Hands every grid of a scene, with the piece that it was diced from, to `visit`: shaded, in canonical order,
+/// and whether it can be seen or not. For tests and experiments that look at grids themselves, and that break a
+/// rule on purpose.
 ///
 /// # Errors
 /// As [`super::Renderer::new`] and [`super::Renderer::render`].
-pub fn grids(scene: &Scene, settings: &Settings, mut visit: impl FnMut(&Grid)) -> Result<Stats, Error> {
+pub fn grids(
+    scene: &Scene,
+    settings: &Settings,
+    sabotage: Option<Sabotage>,
+    mut visit: impl FnMut(&Piece, &Grid),
+) -> Result<Stats, Error> {
     let bench = Bench::new(scene, settings)?;
     let mut stats = bench.stats.clone();
-    let context = bench.frame.context();
-    for piece in bench.split() {
-        let grid = bench.shade_one(bench.dice_one(&context, &piece));
+    let context = SplitContext { sabotage, ..bench.frame.context() };
+    bench.each_piece(&context, |piece| {
+        let grid = bench.shade_one(bench.dice_one(&context, piece));
         stats.grids += 1;
         stats.micropolygons += grid.num_micropolygons() as u64;
-        visit(&grid);
-    }
+        visit(piece, &grid);
+    });
     Ok(stats)
 }

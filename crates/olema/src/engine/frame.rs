@@ -108,6 +108,7 @@ impl<'a> FrameData<'a> {
             grid_size: self.settings.grid_size,
             eye_splits: self.settings.eye_splits as u8,
             shading_rate: &self.shading_rate,
+            sabotage: None,
         }
     }
 

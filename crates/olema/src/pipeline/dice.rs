@@ -17,7 +17,7 @@ use super::displace::{DisplaceContext, Displacer, Query};
 use super::grid::{Grid, GridKey, Look, SlowVertices};
 use super::patch::unit_normal;
 use super::primvar::{each_variable, texture_coordinates};
-use super::split::{Piece, PieceKind, Side, SplitContext, quad_uv};
+use super::split::{Piece, PieceKind, Sabotage, Side, SplitContext, quad_uv};
 
 /// What dicing needs to know of a primitive, the same for all its patches.
 #[derive(Debug, Clone)]
@@ -92,9 +92,13 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
         raster: [i32::MAX, i32::MIN, i32::MAX, i32::MIN],
     };
     let uv: Vec<[f32; 2]> = vertices.iter().map(|v| v.uv).collect();
-    let mut points = shading_points(frame, piece.patch, &uv, info);
+    let ring = info.displacement.as_ref().map(|_| Ring::new(context, piece));
+    let mut points = shading_points(frame, piece.patch, &uv, info, ring.as_ref());
     for key in 0..frame.patches.num_keys {
-        let placed = vertex_positions(context, piece.patch, &vertices, key);
+        // A bump shader's ring is where the surface would be, not where it is.
+        let known =
+            ring.as_ref().filter(|_| key == 0 && info.displacement.as_ref().is_some_and(|d| !d.is_bump));
+        let placed = vertex_positions(context, piece.patch, &vertices, key, known);
         place(&mut grid, frame.camera, &placed, key);
         if key == 0 {
             points.p = collect(placed.iter().copied());
@@ -102,8 +106,8 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
         }
     }
     primitive_variables(frame, piece.patch, &mut points, &uv, primitive, info);
-    if info.displacement.is_some() {
-        displaced_normals(context, piece, &mut points);
+    if let Some(ring) = &ring {
+        ring.set_normals(info.normal_sign, &mut points);
     }
     steps(&mut points, columns as usize);
     Diced { grid, points }
@@ -116,12 +120,14 @@ fn collect(values: impl Iterator<Item = Vec3>) -> Vec3s {
     })
 }
 
-/// Where vertices are at a key: those on sides as the owners of these say.
+/// Where vertices are at a key: those on sides as the owners of these say. What a ring knows of the others is
+/// taken from there.
 fn vertex_positions(
     context: &DisplaceContext,
     patch: u32,
     vertices: &[LatticeVertex],
     key: usize,
+    ring: Option<&Ring>,
 ) -> Vec<Vec3> {
     let frame = context.frame;
     if !context.is_displaced(patch) {
@@ -131,58 +137,89 @@ fn vertex_positions(
         };
         return vertices.iter().map(position).collect();
     }
-    let query = |vertex: &LatticeVertex| match vertex.border {
-        Some(point) => context.border(patch, point),
-        None => context.inner(patch, vertex.uv),
-    };
-    let queries: Vec<Query> = vertices.iter().map(query).collect();
-    context.positions(&queries, key, false)
+    let (mut asked, mut queries) = (Vec::new(), Vec::new());
+    let mut placed = vec![Vec3::ZERO; vertices.len()];
+    for (ix, vertex) in vertices.iter().enumerate() {
+        match (vertex.border, ring) {
+            (None, Some(ring)) => {
+                placed[ix] = ring.of_vertex(ix);
+                continue;
+            }
+            (None, None) => queries.push(context.inner(patch, vertex.uv)),
+            (Some(point), _) => queries.push(context.border(patch, point, vertex.uv)),
+        }
+        asked.push(ix);
+    }
+    for (ix, p) in asked.into_iter().zip(context.positions(&queries, key, false)) {
+        placed[ix] = p;
+    }
+    placed
 }
 
-/// Shading normals of a displaced grid, from the grid itself and a ring of ghost vertices around it, so that they
-/// agree with those of the grid next to it on the same patch.
-fn displaced_normals(context: &DisplaceContext, piece: &Piece, points: &mut ShadingPoints) {
-    let PieceKind::Lattice { m, n, i, j } = piece.kind else { return };
-    let (width, height) = (usize::from(i[1] - i[0]) + 3, usize::from(j[1] - j[0]) + 3);
-    let (m, n) = (f32::from(m), f32::from(n));
-    let mut queries = Vec::with_capacity(width * height);
-    let mut exists = Vec::with_capacity(width * height);
-    for row in 0..height {
-        for column in 0..width {
-            let a = (f32::from(i[0]) + column as f32 - 1.0) / m;
-            let b = (f32::from(j[0]) + row as f32 - 1.0) / n;
-            let [u, v] = quad_uv(&piece.uv, a, b);
-            // Beyond the patch there is nothing to ask; a step of rounding beyond it still counts as on it.
-            let on_patch = [u, v].iter().all(|&c| (-1e-5..=1.0 + 1e-5).contains(&c));
-            exists.push(on_patch);
-            queries.push(context.inner(piece.patch, [u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]));
+/// A displaced lattice with a ring of ghost vertices around it, at motion key 0: shading normals from it agree
+/// with those of the grid next to it on the same patch.
+struct Ring {
+    /// Vertices of a row, ghosts included.
+    width: usize,
+    height: usize,
+    /// What was asked, vertex by vertex.
+    queries: Vec<Query>,
+    /// Where they are, displaced.
+    placed: Vec<Vec3>,
+    /// Whether a vertex lies on the patch.
+    exists: Vec<bool>,
+}
+
+impl Ring {
+    fn new(context: &DisplaceContext, piece: &Piece) -> Self {
+        let PieceKind::Lattice { m, n, i, j } = piece.kind else {
+            unreachable!("only pieces with a lattice are diced");
+        };
+        let (width, height) = (usize::from(i[1] - i[0]) + 3, usize::from(j[1] - j[0]) + 3);
+        let (mut queries, mut exists) = (Vec::new(), Vec::new());
+        for row in 0..height {
+            for column in 0..width {
+                // The same quotients as the lattice's own vertices have.
+                let a = (f32::from(i[0]) + column as f32 - 1.0) / f32::from(m);
+                let b = (f32::from(j[0]) + row as f32 - 1.0) / f32::from(n);
+                let [u, v] = quad_uv(&piece.uv, a, b);
+                // Beyond the patch there is nothing to ask; a rounding beyond it still counts as on it.
+                exists.push([u, v].iter().all(|&c| (-1e-5..=1.0 + 1e-5).contains(&c)));
+                queries.push(context.inner(piece.patch, [u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]));
+            }
         }
+        let placed = context.positions(&queries, 0, true);
+        Ring { width, height, queries, placed, exists }
     }
-    let placed = context.positions(&queries, 0, true);
-    let sign = context.infos[points_primitive(context, piece)].normal_sign;
-    for row in 1..height - 1 {
-        for column in 1..width - 1 {
-            let at = row * width + column;
+
+    /// Place in the ring of vertex `vertex` of the grid.
+    fn index(&self, vertex: usize) -> usize {
+        (vertex / (self.width - 2) + 1) * self.width + vertex % (self.width - 2) + 1
+    }
+
+    fn of_vertex(&self, vertex: usize) -> Vec3 {
+        self.placed[self.index(vertex)]
+    }
+
+    /// Normals by central differences, one-sided at the border of the patch.
+    fn set_normals(&self, sign: f32, points: &mut ShadingPoints) {
+        for vertex in 0..(self.width - 2) * (self.height - 2) {
+            let at = self.index(vertex);
             let across = |step: usize| {
                 let (before, after) = (at - step, at + step);
-                let from = if exists[before] { before } else { at };
-                let to = if exists[after] { after } else { at };
-                placed[to] - placed[from]
+                let from = if self.exists[before] { before } else { at };
+                let to = if self.exists[after] { after } else { at };
+                self.placed[to] - self.placed[from]
             };
-            let cross = across(1).cross(across(width)) * sign;
+            let cross = across(1).cross(across(self.width)) * sign;
             let length = cross.length();
             // A grid that is folded to nothing keeps the normal of the surface below.
             if length.is_finite() && length > f32::MIN_POSITIVE {
-                let vertex = (row - 1) * (width - 2) + column - 1;
                 points.n.set(vertex, cross / length);
                 points.ng.set(vertex, cross / length);
             }
         }
     }
-}
-
-fn points_primitive(context: &DisplaceContext, piece: &Piece) -> usize {
-    context.frame.patches.patches[piece.patch as usize].primitive as usize
 }
 
 struct LatticeVertex {
@@ -204,18 +241,20 @@ fn lattice_vertices(
         let (line, lines, segments) = (u64::from(line), u64::from(lines), u64::from(side.segments()));
         let step = ((2 * line * segments + lines) / (2 * lines)) as u32;
         let (point, uv) = context.side_vertex(piece.patch, side, step);
-        LatticeVertex { uv, border: Some(point) }
+        let keeps = context.sabotage != Some(Sabotage::Owner);
+        LatticeVertex { uv, border: keeps.then_some(point) }
     };
+    let snaps = context.sabotage != Some(Sabotage::Snap);
     let mut vertices = Vec::new();
     for b in j[0]..=j[1] {
         for a in i[0]..=i[1] {
-            vertices.push(if b == 0 {
+            vertices.push(if b == 0 && snaps {
                 on_side(0, a, m)
-            } else if b == n {
+            } else if b == n && snaps {
                 on_side(2, a, m)
-            } else if a == 0 {
+            } else if a == 0 && snaps {
                 on_side(3, b, n)
-            } else if a == m {
+            } else if a == m && snaps {
                 on_side(1, b, n)
             } else {
                 let uv = quad_uv(&piece.uv, f32::from(a) / f32::from(m), f32::from(b) / f32::from(n));
@@ -258,15 +297,25 @@ fn shading_points(
     patch_ix: u32,
     uv: &[[f32; 2]],
     info: &PrimitiveInfo,
+    ring: Option<&Ring>,
 ) -> ShadingPoints {
     let [u0, u1, v0, v1] = context.patches.patches[patch_ix as usize].params;
     let mut points = ShadingPoints::default();
-    for &[u, v] in uv {
-        let at = context.surfaces.evaluate(patch_ix, 0, [u, v]);
+    for (vertex, &[u, v]) in uv.iter().enumerate() {
+        let (at, normal) = match ring {
+            Some(ring) => {
+                let query = &ring.queries[ring.index(vertex)];
+                (query.at, query.normal)
+            }
+            None => {
+                let at = context.surfaces.evaluate(patch_ix, 0, [u, v]);
+                let normal = unit_normal(&at).unwrap_or_else(|| context.surfaces.normal(patch_ix, [u, v]));
+                (at, normal * info.normal_sign)
+            }
+        };
         points.dpdu.push(at.du / (u1 - u0));
         points.dpdv.push(at.dv / (v1 - v0));
-        let normal = unit_normal(&at).unwrap_or_else(|| context.surfaces.normal(patch_ix, [u, v]));
-        points.ng.push(normal * info.normal_sign);
+        points.ng.push(normal);
         points.u.push(u0 + (u1 - u0) * u);
         points.v.push(v0 + (v1 - v0) * v);
     }

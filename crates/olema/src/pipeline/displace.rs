@@ -11,17 +11,17 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat3, DMat4, DVec3, Vec3};
 
 use crate::geometry::SurfacePoint;
 use crate::scene::{Primitive, Scene};
-use crate::shading::{DisplacementPoints, DisplacementShader};
+use crate::shading::{DisplacementPoints, DisplacementShader, largest_stretch};
 
 use super::connect::EdgeTable;
 use super::dice::PrimitiveInfo;
 use super::patch::{CORNER_UV, PatchTable, side_uv, unit_normal};
 use super::primvar::texture_coordinates;
-use super::split::{PointRef, SplitContext};
+use super::split::{PointRef, Sabotage, SplitContext};
 
 /// A primitive's displacement, ready to use.
 #[derive(Debug, Clone)]
@@ -33,6 +33,8 @@ pub struct Displacer {
     pub bound: f32,
     /// The same in camera space.
     pub bound_cam: f32,
+    /// Object-space length of a camera-space unit, about.
+    shrink: f32,
     /// Only normals follow.
     pub is_bump: bool,
 }
@@ -53,12 +55,11 @@ impl Displacer {
         if !to_object.is_finite() || !bound.is_finite() {
             return None;
         }
-        // No vector grows by more than the Frobenius norm.
-        let columns = [to_camera.x_axis, to_camera.y_axis, to_camera.z_axis];
-        let stretch = columns.iter().map(|c| c.truncate().length_squared()).sum::<f64>().sqrt();
+        let stretch = largest_stretch(&DMat3::from_mat4(to_camera));
         let is_bump = shader.is_bump();
         let bound_cam = if is_bump { 0.0 } else { (f64::from(bound) * stretch * 1.0001) as f32 };
-        Some(Displacer { shader, to_camera, to_object, bound, bound_cam, is_bump })
+        let shrink = crate::math::function::pow64(to_object.determinant().abs(), 1.0 / 3.0) as f32;
+        Some(Displacer { shader, to_camera, to_object, bound, bound_cam, shrink, is_bump })
     }
 }
 
@@ -115,6 +116,8 @@ pub struct Query {
     pub patch: u32,
     /// Where on the patch.
     pub uv: [f32; 2],
+    /// The patch there, at motion key 0.
+    pub at: SurfacePoint,
     /// Unit normal of the surface there in camera space, turned by the orientation attribute.
     pub normal: Vec3,
     /// Area of a micropolygon in pixels.
@@ -147,22 +150,36 @@ impl DisplaceContext<'_, '_> {
 
     /// The normal of one patch at (u, v), turned by its orientation.
     fn own_normal(&self, patch: u32, uv: [f32; 2], at: &SurfacePoint) -> Vec3 {
+        if self.frame.sabotage == Some(Sabotage::EstimatedNormals) {
+            return self.estimated_normal(patch, uv, at.p);
+        }
         let normal = unit_normal(at).unwrap_or_else(|| self.frame.surfaces.normal(patch, uv));
         normal * self.info(patch).1.normal_sign
+    }
+
+    /// The normal of the triangle to the next points of the patch, a sixteenth of it away.
+    fn estimated_normal(&self, patch: u32, [u, v]: [f32; 2], p: Vec3) -> Vec3 {
+        let step = |c: f32| if c > 0.5 { -1.0 / 16.0 } else { 1.0 / 16.0 };
+        let (du, dv) = (step(u), step(v));
+        let along_u = (self.frame.surfaces.evaluate(patch, 0, [u + du, v]).p - p) / du;
+        let along_v = (self.frame.surfaces.evaluate(patch, 0, [u, v + dv]).p - p) / dv;
+        along_u.cross(along_v).normalize_or_zero() * self.info(patch).1.normal_sign
     }
 
     /// A point inside the patch.
     pub fn inner(&self, patch: u32, uv: [f32; 2]) -> Query {
         let at = self.frame.surfaces.evaluate(patch, 0, uv);
         let shading_rate = self.frame.shading_rate[self.info(patch).0 as usize];
-        Query { patch, uv, normal: self.own_normal(patch, uv, &at), shading_rate }
+        Query { patch, uv, at, normal: self.own_normal(patch, uv, &at), shading_rate }
     }
 
-    /// A point of a side: on its owner, with the sum of all normals that meet there.
-    pub fn border(&self, patch: u32, point: PointRef) -> Query {
+    /// A point of a side: on its owner, with the sum of all normals that meet there. `own_uv` is where it lies on
+    /// the patch that asks.
+    pub fn border(&self, patch: u32, point: PointRef, own_uv: [f32; 2]) -> Query {
         let (owner, uv) = self.frame.place(patch, point);
         let mut query = self.inner(owner, uv);
         let edges = self.frame.edges;
+        let sabotage = self.frame.sabotage;
         let normal_of = |patch: u32, uv: [f32; 2]| self.inner(patch, uv).normal;
         let sum: Vec3 = match point {
             PointRef::Inside(_) => return query,
@@ -185,6 +202,12 @@ impl DisplaceContext<'_, '_> {
             }
         };
         let length = sum.length();
+        if sabotage == Some(Sabotage::Width) {
+            query.shading_rate = self.frame.shading_rate[self.info(patch).0 as usize];
+        }
+        if matches!(sabotage, Some(Sabotage::Normal | Sabotage::EstimatedNormals)) {
+            return Query { normal: self.inner(patch, own_uv).normal, ..query };
+        }
         // Sides that face each other leave nothing: the owner's normal stands then.
         if length > 1e-3 {
             query.normal = sum / length;
@@ -213,8 +236,11 @@ impl DisplaceContext<'_, '_> {
     ) {
         let patch = queries[group[0]].patch;
         let (primitive_ix, info) = self.info(patch);
-        let surface: Vec<SurfacePoint> =
-            group.iter().map(|&ix| self.frame.surfaces.evaluate(patch, key, queries[ix].uv)).collect();
+        let evaluate = |query: &Query| match key {
+            0 => query.at,
+            _ => self.frame.surfaces.evaluate(patch, key, query.uv),
+        };
+        let surface: Vec<SurfacePoint> = group.iter().map(|&ix| evaluate(&queries[ix])).collect();
         let Some(displacer) = info.displacement.as_ref().filter(|d| bump == 1 || !d.is_bump) else {
             group.iter().zip(&surface).for_each(|(&ix, at)| placed[ix] = at.p);
             return;
@@ -233,7 +259,7 @@ impl DisplaceContext<'_, '_> {
             points.n.push(object_normal(displacer, query.normal));
             points.u.push(u0 + (u1 - u0) * query.uv[0]);
             points.v.push(v0 + (v1 - v0) * query.uv[1]);
-            points.width.push(width_cam * displacer.bound_ratio());
+            points.width.push(width_cam * displacer.shrink);
             points.st_width.push((width_cam / stretch * scale).min(1.0));
         }
         let mut offset = crate::math::Vec3s::splat(Vec3::ZERO, group.len());
@@ -266,14 +292,6 @@ impl DisplaceContext<'_, '_> {
         let depth = if camera.perspective { p.z.max(camera.near) } else { 1.0 };
         let scale = camera.scale[0].abs().min(camera.scale[1].abs());
         (shading_rate * self.frame.rate_scale).sqrt() * depth / scale
-    }
-}
-
-impl Displacer {
-    /// Object-space length of a camera-space unit, about.
-    fn bound_ratio(&self) -> f32 {
-        let determinant = self.to_object.determinant().abs();
-        crate::math::function::pow64(determinant, 1.0 / 3.0) as f32
     }
 }
 

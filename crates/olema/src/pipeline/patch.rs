@@ -137,6 +137,7 @@ pub struct Surfaces<'a> {
     kept: RefCell<Vec<Option<(u32, Loaded<'a>)>>>,
 }
 
+#[allow(clippy::large_enum_variant)] // Nearly always the large one, and a pointer less on its way.
 enum Loaded<'a> {
     /// One surface a key.
     Control(Surface, Vec<Surface>),

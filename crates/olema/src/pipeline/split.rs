@@ -158,6 +158,28 @@ pub struct SplitContext<'a> {
     pub eye_splits: u8,
     /// Shading rate of each primitive.
     pub shading_rate: &'a [f32],
+    /// A rule to break on purpose; `None` outside tests.
+    pub sabotage: Option<Sabotage>,
+}
+
+/// Rules that keep surfaces watertight, each of which the crack test breaks once to show that it would notice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sabotage {
+    /// A grid's border takes points at its own steps, not the edge's vertices.
+    Snap,
+    /// Border points come from the grid's own patch, not from the owner.
+    Owner,
+    /// An edge's rate follows the patch that asks, not the finest of its patches.
+    Rate,
+    /// Filter widths at borders follow the patch that asks.
+    Width,
+    /// Normals at borders are those of the patch that asks.
+    Normal,
+    /// An edge beside an n-gon is not halved first.
+    Middle,
+    /// Points are displaced along normals estimated from neighbouring points of the same patch, not along exact
+    /// ones (what Sattlecker 2015, section 3.2, shows to open holes).
+    EstimatedNormals,
 }
 
 /// Splits are not nested deeper than this; what is left is diced as a lattice.
@@ -206,7 +228,9 @@ impl<'a> SplitContext<'a> {
         let measured = self.measure(patch, line, point);
         let rate = match measured {
             // Another patch ends at the edge's middle.
-            _ if level == 0 && self.is_halved(line) => Rate::Uneven,
+            _ if level == 0 && self.is_halved(line) && self.sabotage != Some(Sabotage::Middle) => {
+                Rate::Uneven
+            }
             Rate::Eye if cuts >= self.eye_splits => Rate::Even(1),
             Rate::Uneven if cuts >= MAX_LEVEL => Rate::Even(1),
             other => other,
@@ -221,8 +245,10 @@ impl<'a> SplitContext<'a> {
 
     fn measure(&self, patch: u32, line: Line, point: impl FnMut(f32) -> Vec3) -> Rate {
         let shading_rate = match line {
-            Line::Border { edge, .. } => self.edges.edges[edge as usize].shading_rate,
-            Line::Inner { .. } => self.shading_rate[self.patch(patch).primitive as usize],
+            Line::Border { edge, .. } if self.sabotage != Some(Sabotage::Rate) => {
+                self.edges.edges[edge as usize].shading_rate
+            }
+            _ => self.shading_rate[self.patch(patch).primitive as usize],
         };
         rate(self.camera, self.segment_px(shading_rate), point)
     }

@@ -94,13 +94,19 @@ pub struct SampleBuffer {
     region: Region,
     samples_per_pixel: usize,
     records: Vec<Record>,
+    /// Whether a record of each block was replaced since they were last cleared.
+    written: Vec<bool>,
 }
 
 impl SampleBuffer {
+    /// Records that share a mark in [`Self::written`].
+    pub const BLOCK: usize = 16;
+
     /// An empty buffer of `samples_per_pixel` (M) records a pixel.
     pub fn new(region: Region, samples_per_pixel: usize) -> Self {
         let records = vec![Record::NONE; region.num_pixels() * samples_per_pixel];
-        SampleBuffer { region, samples_per_pixel, records }
+        let written = vec![false; records.len().div_ceil(Self::BLOCK)];
+        SampleBuffer { region, samples_per_pixel, records, written }
     }
 
     /// Empties the buffer for another region, in the same memory.
@@ -108,6 +114,18 @@ impl SampleBuffer {
         self.region = region;
         self.records.clear();
         self.records.resize(region.num_pixels() * self.samples_per_pixel, Record::NONE);
+        self.written.clear();
+        self.written.resize(self.records.len().div_ceil(Self::BLOCK), false);
+    }
+
+    /// Whether a record was replaced, for each [`Self::BLOCK`] of them, since [`Self::clear_written`].
+    pub fn written(&self) -> &[bool] {
+        &self.written
+    }
+
+    /// Takes all marks away.
+    pub fn clear_written(&mut self) {
+        self.written.fill(false);
     }
 
     /// The pixels.
@@ -153,6 +171,7 @@ impl SampleBuffer {
         let nearer = !depth.is_nan() && record.is_behind(depth, payload, order);
         if nearer {
             *record = Record { depth, payload };
+            self.written[sample_ix / Self::BLOCK] = true;
         }
         nearer
     }

@@ -92,13 +92,13 @@ pub fn depth_at(hit: &Hit, z: [f32; 3]) -> f32 {
 
 /// `b` unless `a` is below it: the rule of SIMD minimum instructions, also for -0 and NaN.
 #[inline(always)]
-fn lesser(a: f32, b: f32) -> f32 {
+pub(super) fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
 /// `b` unless `a` is above it.
 #[inline(always)]
-fn greater(a: f32, b: f32) -> f32 {
+pub(super) fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 

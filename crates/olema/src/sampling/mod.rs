@@ -11,23 +11,39 @@
 //!   how they are dealt out to pixels. It is built from [`strata`], [`lens`], [`shutter`] and [`hash`].
 //! - [`inside`] is the one exact test and the one depth function that all rasterizers share.
 //! - [`nomotion`] is the scalar rasterizer for micropolygons that stand still, written to be read.
+//! - [`moving`] says where a vertex of a moving, defocused grid is for a tuple, exactly; [`draw`] is what the
+//!   rasterizers of such grids share. Each of them is a file, named as its paper names it: [`interval`],
+//!   [`interleave`], [`boundingbox`], [`simple`], and [`auto`] picks one. [`Rasterizer`] is the door to all.
+//!   They test different samples and hit the same.
 //! - [`buffer`] and [`transparent`] keep what was hit.
 
+pub mod auto;
+pub mod boundingbox;
 pub mod buffer;
+mod cull;
+pub mod draw;
 pub mod hash;
 pub mod inside;
+pub mod interleave;
+pub mod interval;
 pub mod lens;
+pub mod moving;
 pub mod nomotion;
 pub mod pattern;
+pub mod rasterizer;
 pub mod region;
 pub mod shutter;
+pub mod simple;
 mod sobol;
 pub mod strata;
 pub mod transparent;
 
 pub use buffer::{Payload, Record, SampleBuffer};
+pub use draw::{Micropolygon, Micropolygons, MovingDraw};
 pub use lens::LensShape;
+pub use moving::{MovingGrid, TupleTimes};
 pub use pattern::{PatternSpec, SamplePattern, SetRule, Tuple};
+pub use rasterizer::{Rasterizer, Unsuited};
 pub use region::{Region, RegionSamples};
 pub use shutter::ShutterShape;
 pub use transparent::{TransparentRecord, TransparentRecords};

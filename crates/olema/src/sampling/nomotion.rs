@@ -225,7 +225,7 @@ fn span(triangles: &[Candidate], axis: usize) -> [i32; 2] {
 
 /// Cells of a pixel that the span `first..=last` overlaps.
 #[inline(always)]
-fn cells_in_pixel(first: i32, last: i32, pixel: i32, num_cells: u32) -> (u32, u32) {
+pub(super) fn cells_in_pixel(first: i32, last: i32, pixel: i32, num_cells: u32) -> (u32, u32) {
     let start = pixel * 256;
     cells_of_positions((first - start).max(0) as u32, (last - start).min(255) as u32, num_cells)
 }

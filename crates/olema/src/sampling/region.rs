@@ -63,13 +63,24 @@ pub struct RegionSamples {
     pub offsets: Vec<[u8; 2]>,
     /// Tuple of each sample, an index into [`SamplePattern::tuples`].
     pub tuples: Vec<u32>,
+    /// Permutation sets of the pattern tiles that the region overlaps, row by row from tile `first_tile`.
+    sets: Vec<u32>,
+    first_tile: [i32; 2],
+    tiles_across: usize,
 }
 
 impl RegionSamples {
     /// Lays out the samples of a region.
     pub fn new(pattern: &SamplePattern, region: Region) -> Self {
-        let mut samples =
-            RegionSamples { region, grid: pattern.strata().grid, offsets: Vec::new(), tuples: Vec::new() };
+        let mut samples = RegionSamples {
+            region,
+            grid: pattern.strata().grid,
+            offsets: Vec::new(),
+            tuples: Vec::new(),
+            sets: Vec::new(),
+            first_tile: [0; 2],
+            tiles_across: 0,
+        };
         samples.renew(pattern, region);
         samples
     }
@@ -80,13 +91,14 @@ impl RegionSamples {
         let k = pattern.tile() as i32;
         self.region = region;
         self.grid = pattern.strata().grid;
+        self.find_sets(pattern);
         self.offsets.clear();
         self.tuples.clear();
         self.offsets.reserve(region.num_pixels() * num_strata as usize);
         self.tuples.reserve(region.num_pixels() * num_strata as usize);
         for py in region.y0..region.y1 {
             for px in region.x0..region.x1 {
-                let set = pattern.set_of_tile(px.div_euclid(k), py.div_euclid(k));
+                let set = self.set_of_tile(px.div_euclid(k), py.div_euclid(k));
                 let pixel = (py.rem_euclid(k) * k + px.rem_euclid(k)) as u32;
                 for stratum in 0..num_strata {
                     let ix = stratum * pattern.tile() * pattern.tile()
@@ -97,6 +109,26 @@ impl RegionSamples {
                 }
             }
         }
+    }
+
+    /// Looks up the set of each tile once.
+    fn find_sets(&mut self, pattern: &SamplePattern) {
+        let Region { x0, x1, y0, y1 } = self.region;
+        let [tx, ty] = [[x0, x1], [y0, y1]].map(|ends| {
+            let k = pattern.tile() as i32;
+            ends[0].div_euclid(k)..(ends[1] - 1).div_euclid(k) + 1
+        });
+        self.first_tile = [tx.start, ty.start];
+        self.tiles_across = tx.len();
+        self.sets.clear();
+        self.sets.extend(ty.flat_map(|y| tx.clone().map(move |x| pattern.set_of_tile(x, y))));
+    }
+
+    /// The permutation set of a pattern tile that the region overlaps.
+    #[inline(always)]
+    pub fn set_of_tile(&self, tx: i32, ty: i32) -> u32 {
+        let [x, y] = [tx - self.first_tile[0], ty - self.first_tile[1]];
+        self.sets[y as usize * self.tiles_across + x as usize]
     }
 
     /// Samples a pixel, M.

@@ -25,6 +25,10 @@ impl Args {
                 }
             }
         }
+        // A world is handed out when it ends: on an open pipe what follows may not be there yet.
+        if statement.id == Id::WorldEnd {
+            return Ok(false);
+        }
         if matches!(r.lexer.peek(), Token::Word | Token::End | Token::Stray(0x80..)) {
             return Ok(false);
         }

@@ -105,6 +105,9 @@ impl Interp {
             let message = "too many user attributes: expected at most 1024; the last are ignored";
             self.said.push(Fault::warning(call.site.pos, message));
         }
+        if category == "displacementbound" {
+            return self.displacement_bound(call);
+        }
         if category == "identifier"
             && let Some(name) = args.find("name").and_then(|p| args.param_texts(p).next())
         {

@@ -6,6 +6,7 @@
 mod attributes;
 mod blocks;
 mod detail;
+mod displacement;
 mod frame;
 mod mesh_tags;
 mod meshes;
@@ -21,6 +22,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use olema::Scene;
+use olema::shading::TextureImage;
 
 use super::RibFrame;
 use super::args::Args;
@@ -57,6 +59,11 @@ pub enum Flow {
         name: String,
         /// As for [`Flow::Replay`].
         is_object: bool,
+    },
+    /// Give that image to [`Interp::textures`], or say why not, and run the statement again.
+    Texture {
+        /// Its name.
+        name: String,
     },
     /// Read that recording first; an object's leaves the state as it was.
     Replay {
@@ -109,6 +116,8 @@ pub struct Interp {
     /// What is not drawn: first place, and how often.
     pub(super) tally: BTreeMap<&'static str, (Site, u64)>,
     pub(super) library: Arc<dyn ShaderLibrary>,
+    /// Images for the statement that is run, by name.
+    pub(super) textures: HashMap<String, Result<Arc<TextureImage>, String>>,
 }
 
 impl Interp {
@@ -133,6 +142,7 @@ impl Interp {
             motion: None,
             tally: BTreeMap::new(),
             library,
+            textures: HashMap::new(),
         }
     }
 
@@ -179,8 +189,10 @@ impl Interp {
     fn hold_args(&mut self, call: &Call<'_>) -> Result<(), Fault> {
         let state =
             matches!(call.statement.support, Support::State) || call.statement.place == Place::Options;
-        let keeps =
-            matches!(call.statement.id, Id::LightSource | Id::AreaLightSource | Id::Surface | Id::Imager);
+        let keeps = matches!(
+            call.statement.id,
+            Id::LightSource | Id::AreaLightSource | Id::Surface | Id::Displacement | Id::Imager
+        );
         if !(state || keeps) {
             return Ok(());
         }
@@ -206,6 +218,7 @@ impl Interp {
             Id::ObjectInstance => return self.instance(&call),
             Id::ReadArchive | Id::Procedural => return self.archive(&call),
             Id::WorldEnd => return self.world_end(&call),
+            Id::Displacement => return Ok(self.displacement(&call)),
             id if is_surface(id) => self.geometry(&call)?,
             id if is_transform(id) => self.transform(&call)?,
             id if is_shader(id) => self.shader(&call)?,
@@ -324,9 +337,7 @@ fn is_surface(id: Id) -> bool {
 
 /// Whether a statement names a shader.
 fn is_shader(id: Id) -> bool {
-    use Id::{
-        AreaLightSource, Atmosphere, Deformation, Displacement, Exterior, Illuminate, Imager, Interior,
-    };
+    use Id::{AreaLightSource, Atmosphere, Deformation, Exterior, Illuminate, Imager, Interior};
     matches!(
         id,
         Id::Surface
@@ -334,7 +345,6 @@ fn is_shader(id: Id) -> bool {
             | AreaLightSource
             | Atmosphere
             | Deformation
-            | Displacement
             | Exterior
             | Illuminate
             | Imager

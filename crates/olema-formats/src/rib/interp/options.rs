@@ -223,6 +223,10 @@ impl Interp {
                     let text = args.param_texts(param).next().unwrap_or_default();
                     options.search_path = search_path(text, &options.search_path);
                 }
+                ("searchpath", "texture") => {
+                    let text = args.param_texts(param).next().unwrap_or_default();
+                    options.texture_path = search_path(text, &options.texture_path);
+                }
                 _ => {}
             }
         }

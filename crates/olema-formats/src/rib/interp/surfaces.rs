@@ -47,7 +47,15 @@ impl Interp {
         // One allocation, for this is done for every primitive.
         let mut origin = String::with_capacity(site.file.len() + 11);
         let _ = write!(origin, "{}:{}", site.file, site.pos.line);
-        let look = Attributes { origin, reverse_orientation: self.attrs.inside, ..self.attrs.look.clone() };
+        let (displacement, displacement_bound) = self.displaced();
+        let reverse_orientation = self.attrs.inside;
+        let look = Attributes {
+            origin,
+            reverse_orientation,
+            displacement,
+            displacement_bound,
+            ..self.attrs.look.clone()
+        };
         let sizes = size_of::<Primitive>() + size_of::<Attributes>() + size_of::<glam::DMat4>();
         self.hold(call, (sizes * self.ctm.0.values.len() + look.origin.len() + look.name.len()) as u64)?;
         if let Some(world) = &mut self.world {

@@ -79,7 +79,7 @@ impl Interp {
     }
 
     /// From a named space to the space that the current transformation leads to.
-    fn space(&self, name: &str) -> Option<DMat4> {
+    pub(super) fn space(&self, name: &str) -> Option<DMat4> {
         let to_camera = self.world.as_ref().map(|w| *w.scene.camera.world_to_camera.first());
         match (name, to_camera) {
             ("world", Some(_)) | ("camera" | "current", None) => return Some(DMat4::IDENTITY),

@@ -3,6 +3,7 @@
 mod archives;
 mod bad_input;
 mod blocks;
+mod displacement;
 mod meshes;
 mod options;
 mod soup;

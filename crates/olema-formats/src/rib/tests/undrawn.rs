@@ -76,11 +76,11 @@ fn statements_without_effect_are_warned_about() {
 #[test]
 fn other_shaders_and_solids_are_noted() {
     let read = read(&format!(
-        "WorldBegin Displacement \"dents\" \"float Km\" 1 Atmosphere \"fog\" Interior \"x\" Exterior \"y\"
-        Deformation \"bend\" AreaLightSource \"pointlight\" 1 Displacement \"null\"
+        "WorldBegin Atmosphere \"fog\" Interior \"x\" Exterior \"y\"
+        Deformation \"bend\" AreaLightSource \"pointlight\" 1
         SolidBegin \"difference\" SolidBegin \"primitive\" {PATCH} SolidEnd SolidEnd WorldEnd"
     ));
     assert!(read.diagnostics.iter().all(|d| d.severity == Severity::Note), "{:?}", read.said());
-    assert_eq!(read.diagnostics.len(), 7, "{:?}", read.said());
+    assert_eq!(read.diagnostics.len(), 6, "{:?}", read.said());
     assert_eq!(read.frames[0].scene.lights.len(), 1);
 }

@@ -1,6 +1,13 @@
 //! Tests of the sampling modules together.
 
+mod agree;
+mod blur_counts;
+mod blur_work;
+mod blurred;
+mod expected;
 mod inside;
+mod moving_cracks;
+mod moving_noise;
 mod noise;
 mod nomotion;
 mod pattern;

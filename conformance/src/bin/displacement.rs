@@ -1,0 +1,181 @@
+//! What displacement costs, and the pictures of Sattlecker 2015, section 3.2.
+//!
+//! `cargo run --release -p conformance --bin displacement -- [DIR]` renders a model of 11,500 bicubic patches with
+//! and without displacement, in turn, and prints the medians of its stages; with a folder it also writes there:
+//!
+//! - `exact-normals.png`, `estimated-normals.png`: displaced along exact normals, and along normals estimated from
+//!   neighbouring points of each patch, which tears the surface open at the patches' borders;
+//! - `exact-rasterization.png`, `nearest-pixel.png`: micropolygons rasterized, and their vertices put into the
+//!   nearest pixel, which leaves holes.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use conformance::creature::tube;
+use olema::pipeline::Grid;
+use olema::pipeline::split::Sabotage;
+use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};
+use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
+use olema::scene::Attributes;
+use olema::shading::{ShaderParam as Param, displacement};
+use olema::{Hooks, Image, Renderer, Scene, Settings, Stats};
+use olema_formats::image_file::{PngOptions, write_png};
+
+const RUNS: usize = 5;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let plain = tube(144, 80);
+    let variants: [(&str, Scene); 4] = [
+        ("not displaced", plain.clone()),
+        ("noise", displaced(&plain, "noise", 0.12, false)?),
+        ("fractal", displaced(&plain, "fractal", 0.12, false)?),
+        ("fractal, bump only", displaced(&plain, "fractal", 0.12, true)?),
+    ];
+    let mut runs: Vec<Vec<Stats>> = vec![Vec::new(); variants.len()];
+    for _ in 0..RUNS {
+        for (slot, (_, scene)) in runs.iter_mut().zip(&variants) {
+            slot.push(render(scene)?);
+        }
+    }
+    println!("800 x 600, 16 samples a pixel, one thread, medians of {RUNS} in turn, seconds");
+    println!(
+        "{:<20} {:>7} {:>7} {:>7} {:>7} {:>7}  micropolygons",
+        "", "dice", "shade", "sample", "total", "ratio"
+    );
+    let base = median(&runs[0], |s| s.seconds.total);
+    for ((name, _), stats) in variants.iter().zip(&runs) {
+        let seconds = [
+            median(stats, |s| s.seconds.dice),
+            median(stats, |s| s.seconds.shade),
+            median(stats, |s| s.seconds.sample),
+            median(stats, |s| s.seconds.total),
+        ];
+        let [dice, shade, sample, total] = seconds;
+        let micropolygons = stats[0].micropolygons;
+        println!(
+            "{name:<20} {dice:>7.3} {shade:>7.3} {sample:>7.3} {total:>7.3} {:>7.2}  {micropolygons}",
+            total / base
+        );
+    }
+    if let Some(dir) = std::env::args().nth(1) {
+        pictures(Path::new(&dir))?;
+    }
+    Ok(())
+}
+
+fn displaced(plain: &Scene, name: &str, amplitude: f32, bump: bool) -> Result<Scene, olema::Error> {
+    let mut scene = plain.clone();
+    let params = [
+        Param::float("amplitude", amplitude),
+        Param::float("frequency", 3.0),
+        Param::float("bump", f32::from(u8::from(bump))),
+    ];
+    let shader = displacement(name, &params)?.shader;
+    let attributes = (*scene.primitives[0].attributes).clone();
+    scene.primitives[0].attributes = Arc::new(Attributes { displacement: Some(shader), ..attributes });
+    Ok(scene)
+}
+
+fn settings() -> Settings {
+    Settings { resolution: [800, 600], threads: 1, ..Settings::default() }
+}
+
+fn render(scene: &Scene) -> Result<Stats, olema::Error> {
+    let start = Instant::now();
+    let clock = || start.elapsed().as_secs_f64();
+    let hooks = Hooks { clock: Some(&clock), ..Hooks::default() };
+    Ok(Renderer::new(settings())?.render(scene, &hooks)?.stats)
+}
+
+fn median(stats: &[Stats], value: impl Fn(&Stats) -> f64) -> f64 {
+    let mut values: Vec<f64> = stats.iter().map(value).collect();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// A plain z-buffer, one sample a pixel.
+struct Canvas {
+    size: [usize; 2],
+    depth: Vec<f32>,
+    image: Image,
+    /// Colour of the micropolygon that is drawn.
+    color: [f32; 3],
+}
+
+impl Canvas {
+    fn new(size: [u32; 2]) -> Self {
+        let pixels = size[0] as usize * size[1] as usize;
+        let image = Image::new(size, [0, size[0], 0, size[1]], &["r", "g", "b", "a"]);
+        Canvas { size: size.map(|s| s as usize), depth: vec![f32::INFINITY; pixels], image, color: [0.0; 3] }
+    }
+
+    fn put(&mut self, pixel: usize, depth: f32) {
+        if depth < self.depth[pixel] {
+            self.depth[pixel] = depth;
+            for (channel, value) in self.image.channels.iter_mut().zip(self.color.into_iter().chain([1.0])) {
+                channel.values[pixel] = value;
+            }
+        }
+    }
+
+    fn put_vertices(&mut self, grid: &Grid) {
+        for v in 0..grid.num_vertices() {
+            let [x, y] = [grid.x[v] >> 8, grid.y[v] >> 8];
+            if (0..self.size[0] as i32).contains(&x) && (0..self.size[1] as i32).contains(&y) {
+                self.color = grid.color.get(v).to_array();
+                self.put(y as usize * self.size[0] + x as usize, grid.depth[v]);
+            }
+        }
+    }
+}
+
+/// Draws micropolygons in the colour of their first vertex.
+struct Sink<'a> {
+    canvas: &'a mut Canvas,
+    grid: &'a Grid,
+}
+
+impl HitSink for Sink<'_> {
+    fn begin(&mut self, micropolygon: u32) {
+        self.canvas.color = self.grid.color.get(self.grid.corners(micropolygon as usize)[0]).to_array();
+    }
+
+    fn hit(&mut self, sample_ix: usize, depth: f32, _triangle: u8, _sign: i8) {
+        self.canvas.put(sample_ix, depth);
+    }
+}
+
+fn pictures(dir: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let size = [400, 300];
+    let settings = Settings { resolution: size, ..settings() };
+    let scene = displaced(&tube(16, 5), "fractal", 0.6, false)?;
+    let pattern =
+        SamplePattern::new(PatternSpec { samples: [1, 1], jitter: false, ..PatternSpec::default() });
+    let samples = RegionSamples::new(&pattern, Region::new(0, size[0] as i32, 0, size[1] as i32));
+    let draw = |sabotage, nearest: bool| -> Result<Canvas, olema::Error> {
+        let mut canvas = Canvas::new(size);
+        olema::engine::grids(&scene, &settings, sabotage, |_, grid| {
+            if nearest {
+                canvas.put_vertices(grid);
+                return;
+            }
+            let (m, n) = (grid.m as usize, grid.n as usize);
+            let view = GridView { m, n, x: &grid.x, y: &grid.y, depth: &grid.depth };
+            let mut sink = Sink { canvas: &mut canvas, grid };
+            rasterize_grid(view, Facing::Any, None, &samples, &mut SampleCounts::default(), &mut sink);
+        })?;
+        Ok(canvas)
+    };
+    for (name, sabotage, nearest) in [
+        ("exact-normals", None, false),
+        ("estimated-normals", Some(Sabotage::EstimatedNormals), false),
+        ("exact-rasterization", None, false),
+        ("nearest-pixel", None, true),
+    ] {
+        let path = dir.join(format!("{name}.png"));
+        write_png(&path, &draw(sabotage, nearest)?.image, &PngOptions::default())?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}

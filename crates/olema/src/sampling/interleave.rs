@@ -1,0 +1,61 @@
+//! InterleaveUvt: exact positions per tuple. Its cost hardly depends on the blur.
+//!
+//! In: a [`MovingDraw`] with K of at most [`MAX_TILE`]. Out: hits and counts. Source: Fatahalian 2009, section
+//! 3.2.2, with the permutations of section 3.2.3.
+//!
+//! For each of the N tuples the micropolygon is where it is for that tuple, exactly. In each tile of K x K
+//! pixels that its box overlaps, the one sample with that tuple is tested. A sample beyond the region is not:
+//! the region that holds it does that.
+
+use super::draw::{Micropolygon, MovingDraw, Placed, Reach};
+use super::moving::Extent;
+use super::nomotion::{HitSink, SampleCounts};
+
+/// Largest K: beyond it, N = M K^2 positions a micropolygon cost more than any other way.
+pub const MAX_TILE: u32 = 8;
+
+/// Rasterizes a grid; K must be at most [`MAX_TILE`] for this to be of use.
+pub(super) fn rasterize<S: HitSink>(draw: &MovingDraw, counts: &mut SampleCounts, sink: &mut S) {
+    let num_tuples = draw.pattern.tuples().len() as u32;
+    draw.for_each(counts, sink, |micropolygon, counts, sink| {
+        for tuple_ix in 0..num_tuples {
+            let placed = micropolygon.place(tuple_ix);
+            test_tiles(draw, micropolygon, tuple_ix, &placed, counts, sink);
+        }
+    });
+}
+
+/// Tests the tuple's sample of each tile.
+fn test_tiles(
+    draw: &MovingDraw,
+    micropolygon: &Micropolygon,
+    tuple_ix: u32,
+    placed: &Placed,
+    counts: &mut SampleCounts,
+    sink: &mut impl HitSink,
+) {
+    let MovingDraw { pattern, samples, .. } = draw;
+    let k = pattern.tile() as i32;
+    let num_ranks = pattern.tile() * pattern.tile();
+    let (stratum, rank) = (tuple_ix / num_ranks, tuple_ix % num_ranks);
+    let tuple = pattern.tuples()[tuple_ix as usize];
+    let reach = Reach::of(&Extent::around(placed));
+    let [px_first, px_last] = reach.pixels(&samples.region, 0);
+    let [py_first, py_last] = reach.pixels(&samples.region, 1);
+    if px_first > px_last || py_first > py_last {
+        return;
+    }
+    for ty in py_first.div_euclid(k)..=py_last.div_euclid(k) {
+        for tx in px_first.div_euclid(k)..=px_last.div_euclid(k) {
+            let pixel = pattern.pixel_of_rank(samples.set_of_tile(tx, ty), stratum, rank) as i32;
+            let (px, py) = (tx * k + pixel % k, ty * k + pixel / k);
+            if !samples.region.contains(px, py) {
+                continue;
+            }
+            let sample_ix = samples.region.pixel_ix(px, py) * samples.samples_per_pixel() + stratum as usize;
+            debug_assert_eq!(samples.tuples[sample_ix], tuple_ix, "region and pattern disagree");
+            let place = [px * 256 + i32::from(tuple.x), py * 256 + i32::from(tuple.y)];
+            micropolygon.test(placed, tuple_ix, sample_ix, place, counts, sink);
+        }
+    }
+}

@@ -25,6 +25,9 @@ use super::{Hooks, Stopwatch};
 /// Grids drawn between two looks for grids that nothing needs any more.
 const DRAWN_BETWEEN_CLEANUPS: usize = 4096;
 
+/// A pixel whose filter finds nothing.
+const EMPTY_PIXEL: Pixel = [0.0, 0.0, 0.0, 0.0, f32::INFINITY];
+
 /// Draws tiles, one after the other, in the same memory.
 pub(super) struct TileWorker<'a> {
     frame: &'a FrameData<'a>,
@@ -79,7 +82,15 @@ impl<'a> TileWorker<'a> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn draw(&mut self, tile: usize) -> Result<Vec<Pixel>, Error> {
+        if self.hooks.is_cancelled() {
+            return Err(Error::Cancelled);
+        }
         let interior = self.frame.tiles.interior(tile);
+        if self.filed.of_tile(tile).next().is_none() {
+            let mut pixels = vec![EMPTY_PIXEL; interior.num_pixels()];
+            self.finish(&mut pixels);
+            return Ok(pixels);
+        }
         self.draw_region(tile, interior)
     }
 

@@ -13,7 +13,7 @@ pub enum Source {
     /// A scene.
     Rib(Box<RibReader>),
     /// A model, which is one frame.
-    Model(Model),
+    Model(Box<Model>),
 }
 
 /// Opens a scene or a model.
@@ -23,7 +23,8 @@ pub enum Source {
 pub fn open(file: &Path, search_path: &[PathBuf], model: ModelArgs) -> Result<Source, ReadError> {
     if model::is_model(file) {
         let io = |source| ReadError::Io { path: file.display().to_string(), source };
-        return Ok(Source::Model(Model::new(file, &std::fs::read(file).map_err(io)?, model)));
+        let bytes = std::fs::read(file).map_err(io)?;
+        return Ok(Source::Model(Box::new(Model::new(file, &bytes, model))));
     }
     let options = ReadOptions { search_path: search_path.to_vec(), ..ReadOptions::default() };
     let reader = if file == Path::new("-") {

@@ -23,6 +23,11 @@ impl Vec3s {
         Vec3s { x: vec![value.x; len], y: vec![value.y; len], z: vec![value.z; len] }
     }
 
+    /// None yet, with room for `len`.
+    pub fn with_capacity(len: usize) -> Self {
+        Vec3s { x: Vec::with_capacity(len), y: Vec::with_capacity(len), z: Vec::with_capacity(len) }
+    }
+
     /// Number of vectors.
     pub fn len(&self) -> usize {
         self.x.len()

@@ -82,8 +82,8 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
         n: u32::from(j[1] - j[0]),
         keys: frame.patches.num_keys as u32,
         x: Vec::with_capacity(vertices.len() * frame.patches.num_keys),
-        y: Vec::new(),
-        depth: Vec::new(),
+        y: Vec::with_capacity(vertices.len() * frame.patches.num_keys),
+        depth: Vec::with_capacity(vertices.len() * frame.patches.num_keys),
         coc: Vec::new(),
         slow: None,
         color: Vec3s::default(),
@@ -113,11 +113,10 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
     Diced { grid, points }
 }
 
-fn collect(values: impl Iterator<Item = Vec3>) -> Vec3s {
-    values.fold(Vec3s::default(), |mut all, value| {
-        all.push(value);
-        all
-    })
+fn collect(values: impl ExactSizeIterator<Item = Vec3>) -> Vec3s {
+    let mut all = Vec3s::with_capacity(values.len());
+    values.for_each(|value| all.push(value));
+    all
 }
 
 /// Where vertices are at a key: those on sides as the owners of these say. What a ring knows of the others is
@@ -300,7 +299,16 @@ fn shading_points(
     ring: Option<&Ring>,
 ) -> ShadingPoints {
     let [u0, u1, v0, v1] = context.patches.patches[patch_ix as usize].params;
-    let mut points = ShadingPoints::default();
+    let vectors = || Vec3s::with_capacity(uv.len());
+    let floats = || Vec::with_capacity(uv.len());
+    let mut points = ShadingPoints {
+        dpdu: vectors(),
+        dpdv: vectors(),
+        ng: vectors(),
+        u: floats(),
+        v: floats(),
+        ..ShadingPoints::default()
+    };
     for (vertex, &[u, v]) in uv.iter().enumerate() {
         let (at, normal) = match ring {
             Some(ring) => {

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use glam::{DMat3, DMat4, DVec3, Vec3};
 
 use crate::geometry::SurfacePoint;
+use crate::math::Vec3s;
 use crate::scene::{Primitive, Scene};
 use crate::shading::{DisplacementPoints, DisplacementShader, largest_stretch};
 
@@ -219,14 +220,15 @@ impl DisplaceContext<'_, '_> {
     pub fn positions(&self, queries: &[Query], key: usize, bump: bool) -> Vec<Vec3> {
         let mut placed = vec![Vec3::ZERO; queries.len()];
         let mut order: Vec<usize> = (0..queries.len()).collect();
-        order.sort_by_key(|&ix| queries[ix].patch);
-        for group in order.chunk_by(|&a, &b| queries[a].patch == queries[b].patch) {
+        let primitive = |ix: usize| self.info(queries[ix].patch).0;
+        order.sort_by_key(|&ix| (primitive(ix), queries[ix].patch));
+        for group in order.chunk_by(|&a, &b| primitive(a) == primitive(b)) {
             self.displace_group(queries, group, [key, usize::from(bump)], &mut placed);
         }
         placed
     }
 
-    /// Displaces points of one patch.
+    /// Displaces points of one primitive, sorted by patch.
     fn displace_group(
         &self,
         queries: &[Query],
@@ -234,24 +236,49 @@ impl DisplaceContext<'_, '_> {
         [key, bump]: [usize; 2],
         placed: &mut [Vec3],
     ) {
-        let patch = queries[group[0]].patch;
-        let (primitive_ix, info) = self.info(patch);
+        let (primitive_ix, info) = self.info(queries[group[0]].patch);
         let evaluate = |query: &Query| match key {
             0 => query.at,
-            _ => self.frame.surfaces.evaluate(patch, key, query.uv),
+            _ => self.frame.surfaces.evaluate(query.patch, key, query.uv),
         };
-        let surface: Vec<SurfacePoint> = group.iter().map(|&ix| evaluate(&queries[ix])).collect();
         let Some(displacer) = info.displacement.as_ref().filter(|d| bump == 1 || !d.is_bump) else {
-            group.iter().zip(&surface).for_each(|(&ix, at)| placed[ix] = at.p);
+            group.iter().for_each(|&ix| placed[ix] = evaluate(&queries[ix]).p);
             return;
         };
-        let uv: Vec<[f32; 2]> = group.iter().map(|&ix| queries[ix].uv).collect();
-        let primitive = &self.scene.primitives[primitive_ix as usize];
-        let mut points = DisplacementPoints::default();
-        (points.s, points.t) = texture_coordinates(self.frame, patch, &uv, primitive, info);
-        let [u0, u1, v0, v1] = self.frame.patches.patches[patch as usize].params;
-        for (&ix, at) in group.iter().zip(&surface) {
+        let surface: Vec<SurfacePoint> = group.iter().map(|&ix| evaluate(&queries[ix])).collect();
+        let points = self.inputs(queries, group, &surface, displacer);
+        let mut offset = Vec3s::splat(Vec3::ZERO, group.len());
+        displacer.shader.displace(&points, &mut offset);
+        for (slot, (&ix, at)) in group.iter().zip(&surface).enumerate() {
+            let offset = self.checked(primitive_ix, displacer, offset.get(slot));
+            let moved = displacer.to_camera.transform_vector3(offset.as_dvec3()).as_vec3();
+            placed[ix] = at.p + moved;
+        }
+    }
+
+    /// What a displacement shader sees of points of one primitive, sorted by patch.
+    fn inputs(
+        &self,
+        queries: &[Query],
+        group: &[usize],
+        surface: &[SurfacePoint],
+        displacer: &Displacer,
+    ) -> DisplacementPoints {
+        let len = group.len();
+        let floats = || Vec::with_capacity(len);
+        let mut points = DisplacementPoints {
+            p: Vec3s::with_capacity(len),
+            n: Vec3s::with_capacity(len),
+            u: floats(),
+            v: floats(),
+            s: floats(),
+            t: floats(),
+            width: floats(),
+            st_width: floats(),
+        };
+        for (&ix, at) in group.iter().zip(surface) {
             let query = &queries[ix];
+            let [u0, u1, v0, v1] = self.frame.patches.patches[query.patch as usize].params;
             let width_cam = self.width(at.p, query.shading_rate);
             let scale = (u1 - u0).abs().max((v1 - v0).abs());
             let stretch = at.du.length().max(at.dv.length()).max(f32::MIN_POSITIVE);
@@ -262,13 +289,22 @@ impl DisplaceContext<'_, '_> {
             points.width.push(width_cam * displacer.shrink);
             points.st_width.push((width_cam / stretch * scale).min(1.0));
         }
-        let mut offset = crate::math::Vec3s::splat(Vec3::ZERO, group.len());
-        displacer.shader.displace(&points, &mut offset);
-        for (slot, (&ix, at)) in group.iter().zip(&surface).enumerate() {
-            let offset = self.checked(primitive_ix, displacer, offset.get(slot));
-            let moved = displacer.to_camera.transform_vector3(offset.as_dvec3()).as_vec3();
-            placed[ix] = at.p + moved;
+        if !displacer.shader.reads_texture_coordinates() {
+            points.s.resize(len, 0.0);
+            points.t.resize(len, 0.0);
+            points.st_width.fill(0.0);
+            return points;
         }
+        for of_patch in group.chunk_by(|&a, &b| queries[a].patch == queries[b].patch) {
+            let patch = queries[of_patch[0]].patch;
+            let (primitive, info) = self.info(patch);
+            let uv: Vec<[f32; 2]> = of_patch.iter().map(|&ix| queries[ix].uv).collect();
+            let primitive = &self.scene.primitives[primitive as usize];
+            let (s, t) = texture_coordinates(self.frame, patch, &uv, primitive, info);
+            points.s.extend(s);
+            points.t.extend(t);
+        }
+        points
     }
 
     /// The offset, finite and within the bound.

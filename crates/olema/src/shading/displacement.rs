@@ -38,6 +38,10 @@ pub trait DisplacementShader: Debug + Send + Sync {
     fn amplitude(&self) -> Option<f32>;
     /// Whether only the shading normals follow, and the surface stays where it is (bump mapping).
     fn is_bump(&self) -> bool;
+    /// Whether it reads `s`, `t` or `st_width`; they are left at 0 for one that does not.
+    fn reads_texture_coordinates(&self) -> bool {
+        true
+    }
     /// Writes the offset of each point, in object space, into `offset`, which has as many entries as `points`.
     fn displace(&self, points: &DisplacementPoints, offset: &mut Vec3s);
 }

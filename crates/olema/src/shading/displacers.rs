@@ -103,6 +103,9 @@ fn common(name: &'static str, params: &mut Params, amplitude: f32, bump: f32) ->
 
 /// A height, -1 to 1, as a function of one point.
 trait Height: std::fmt::Debug + Send + Sync {
+    /// Whether it reads `s`, `t` or `st_width`.
+    const READS_TEXTURE_COORDINATES: bool = false;
+
     fn at(&self, points: &DisplacementPoints, ix: usize) -> f32;
 }
 
@@ -114,6 +117,10 @@ struct AlongNormal<H> {
 }
 
 impl<H: Height> DisplacementShader for AlongNormal<H> {
+    fn reads_texture_coordinates(&self) -> bool {
+        H::READS_TEXTURE_COORDINATES
+    }
+
     fn name(&self) -> &str {
         self.common.name
     }
@@ -311,6 +318,10 @@ struct NoiseVector {
 }
 
 impl DisplacementShader for NoiseVector {
+    fn reads_texture_coordinates(&self) -> bool {
+        false
+    }
+
     fn name(&self) -> &str {
         self.common.name
     }
@@ -356,6 +367,8 @@ fn image(params: &mut Params, images: &Images) -> Result<ImageHeight, Error> {
 }
 
 impl Height for ImageHeight {
+    const READS_TEXTURE_COORDINATES: bool = true;
+
     fn at(&self, points: &DisplacementPoints, ix: usize) -> f32 {
         let st = [points.s[ix], points.t[ix]];
         let place = [0, 1].map(|a| f64::from(st[a]) * f64::from(self.scale[a]));

@@ -63,6 +63,10 @@ struct InSpace {
 }
 
 impl DisplacementShader for InSpace {
+    fn reads_texture_coordinates(&self) -> bool {
+        self.shader.reads_texture_coordinates()
+    }
+
     fn name(&self) -> &str {
         self.shader.name()
     }

@@ -6,7 +6,7 @@
 
 use olema::engine::grids;
 use olema::geometry::subdivision::{EdgeKind, LimitSurface};
-use olema::pipeline::split::{PieceKind, Sabotage};
+use olema::pipeline::piece::{PieceKind, Sabotage};
 use olema::pipeline::{Grid, Piece};
 use olema::sampling::inside::edge;
 use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};

@@ -79,7 +79,7 @@ fn displaced_surfaces_have_no_cracks() {
 fn every_broken_rule_is_seen() {
     use conformance::closed::crack_scene;
     use conformance::cracks::Broken;
-    use olema::pipeline::split::Sabotage;
+    use olema::pipeline::piece::Sabotage;
     let rules = [
         Broken::Ties,
         Broken::Rule(Sabotage::Snap),

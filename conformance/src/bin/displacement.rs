@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use conformance::creature::tube;
 use olema::pipeline::Grid;
-use olema::pipeline::split::Sabotage;
+use olema::pipeline::piece::Sabotage;
 use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};
 use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
 use olema::scene::Attributes;

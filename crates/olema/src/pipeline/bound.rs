@@ -9,7 +9,8 @@ use crate::geometry::RasterCamera;
 
 use crate::sampling::Region;
 
-use super::split::{Piece, SplitContext, uv_box};
+use super::piece::{Piece, uv_box};
+use super::split::SplitContext;
 
 /// Where a piece can be.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -16,6 +16,7 @@ use crate::geometry::Aabb;
 use crate::geometry::subdivision::{BaseQuad, CornerId, Piece};
 
 use super::patch::{Patch, PatchTable, SIDE_CORNERS, Shape};
+use super::weld::Welder;
 
 /// Points closer than this times the smaller patch's diagonal are one point.
 pub const WELD_TOLERANCE: f32 = 1e-5;
@@ -461,91 +462,4 @@ fn same_curve(a: &[Vec4; 4], b: &[Vec4; 4], tolerance: f32) -> Option<bool> {
     } else {
         None
     }
-}
-
-/// Points by the cell that holds them.
-type Cells = HashMap<[i64; 3], Vec<u32>>;
-
-/// Gives points that lie together one number.
-///
-/// Points are kept in one grid of cells per octave of tolerance. A pair is as close as the *smaller* of its two
-/// tolerances asks, so a point is entered in the grids of its own octave and all finer ones that occur, and
-/// looked up in its own and the finer ones. Cells hold only points that did not weld, so they stay short.
-struct Welder {
-    /// Octaves that occur, ascending, and their grids.
-    octaves: Vec<(i32, Cells)>,
-    exact: HashMap<[u32; 3], u32>,
-    points: Vec<(Vec3, f32)>,
-}
-
-impl Welder {
-    fn new(tolerances: impl Iterator<Item = f32>) -> Self {
-        let mut octaves: Vec<i32> = tolerances.filter(|t| *t > 0.0).map(octave).collect();
-        octaves.sort_unstable();
-        octaves.dedup();
-        Welder {
-            octaves: octaves.into_iter().map(|o| (o, HashMap::new())).collect(),
-            exact: HashMap::new(),
-            points: Vec::new(),
-        }
-    }
-
-    /// The number of `p`: that of the lowest point it welds to, or a new one.
-    fn weld(&mut self, p: Vec3, tolerance: f32) -> u32 {
-        // + 0.0 makes -0 and 0 one.
-        let bits = (p + Vec3::ZERO).to_array().map(f32::to_bits);
-        if let Some(&id) = self.exact.get(&bits) {
-            return id;
-        }
-        let own = if tolerance > 0.0 { octave(tolerance) } else { i32::MIN };
-        let near = self.octaves.iter().filter(|(o, _)| *o <= own).flat_map(|(o, cells)| {
-            touched_cells(p, *o).filter_map(|cell| cells.get(&cell)).flatten().copied()
-        });
-        let id = near
-            .filter(|&id| {
-                let (q, other) = self.points[id as usize];
-                (p - q).abs().max_element() <= tolerance.min(other)
-            })
-            .min();
-        let id = id.unwrap_or_else(|| {
-            let id = self.points.len() as u32;
-            self.points.push((p, tolerance));
-            for (o, cells) in self.octaves.iter_mut().filter(|(o, _)| *o <= own) {
-                cells.entry(cell(p, *o)).or_default().push(id);
-            }
-            id
-        });
-        self.exact.insert(bits, id);
-        id
-    }
-}
-
-/// Smallest o with tolerance <= 2^o.
-fn octave(tolerance: f32) -> i32 {
-    let bits = tolerance.to_bits();
-    (bits >> 23) as i32 - 127 + i32::from(bits & 0x7f_ffff != 0)
-}
-
-/// Cells are this many octaves wider than the tolerance, so that most points touch one cell only.
-const CELL_OCTAVES: i32 = 4;
-
-/// Cells of octave `octave` that a box of half side 2^octave around `p` touches (at most 8).
-fn touched_cells(p: Vec3, octave: i32) -> impl Iterator<Item = [i64; 3]> {
-    let power = |o: i32| f64::from_bits(((1023 + o.clamp(-1000, 1000)) as u64) << 52);
-    let (reach, side) = (power(octave), power(octave + CELL_OCTAVES));
-    let range = p.to_array().map(|x| {
-        let x = f64::from(x);
-        (((x - reach) / side).floor() as i64, ((x + reach) / side).floor() as i64)
-    });
-    let [x, y, z] = range.map(|(from, to)| from..=to.min(from.saturating_add(1)));
-    x.flat_map(move |x| {
-        let z = z.clone();
-        y.clone().flat_map(move |y| z.clone().map(move |z| [x, y, z]))
-    })
-}
-
-/// The cell that holds `p`.
-fn cell(p: Vec3, octave: i32) -> [i64; 3] {
-    let side = f64::from_bits(((1023 + (octave + CELL_OCTAVES).clamp(-1000, 1000)) as u64) << 52);
-    p.to_array().map(|x| (f64::from(x) / side).floor() as i64)
 }

@@ -16,8 +16,9 @@ use crate::shading::{PointVar, ShadingPoints};
 use super::displace::{DisplaceContext, Displacer, Query};
 use super::grid::{Grid, GridKey, Look, SlowVertices};
 use super::patch::unit_normal;
+use super::piece::{Piece, PieceKind, Sabotage, Side, quad_uv};
 use super::primvar::{each_variable, texture_coordinates};
-use super::split::{Piece, PieceKind, Sabotage, Side, SplitContext, quad_uv};
+use super::split::SplitContext;
 
 /// What dicing needs to know of a primitive, the same for all its patches.
 #[derive(Debug, Clone)]
@@ -224,7 +225,7 @@ impl Ring {
 struct LatticeVertex {
     uv: [f32; 2],
     /// Where it lies on a side of the quad.
-    border: Option<super::split::PointRef>,
+    border: Option<super::piece::PointRef>,
 }
 
 fn lattice_vertices(

@@ -21,8 +21,9 @@ use crate::shading::{DisplacementPoints, DisplacementShader, largest_stretch};
 use super::connect::EdgeTable;
 use super::dice::PrimitiveInfo;
 use super::patch::{CORNER_UV, PatchTable, side_uv, unit_normal};
+use super::piece::{PointRef, Sabotage};
 use super::primvar::texture_coordinates;
-use super::split::{PointRef, Sabotage, SplitContext};
+use super::split::SplitContext;
 
 /// A primitive's displacement, ready to use.
 #[derive(Debug, Clone)]
@@ -196,7 +197,7 @@ impl DisplaceContext<'_, '_> {
                 users
                     .map(|user| {
                         let (numerator, denominator) = user.along.own(numerator, denominator);
-                        let t = super::split::parameter(numerator, denominator);
+                        let t = super::piece::parameter(numerator, denominator);
                         normal_of(user.patch, side_uv(user.side as usize, t))
                     })
                     .sum()

@@ -16,15 +16,17 @@ pub mod displace;
 pub mod grid;
 pub mod patch;
 pub mod patchify;
+pub mod piece;
 pub mod primvar;
 pub mod rate;
 pub mod resolve;
 pub mod sample;
 pub mod shade;
 pub mod split;
+pub mod weld;
 
 pub use bound::Bound;
 pub use connect::{Edge, EdgeTable, EdgeUse};
 pub use grid::{Grid, GridKey};
 pub use patch::{Patch, PatchTable, Shape, Surface};
-pub use split::{Piece, PieceKind};
+pub use piece::{Piece, PieceKind};

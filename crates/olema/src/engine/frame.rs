@@ -31,6 +31,10 @@ use super::{Hooks, Stopwatch};
 /// Bytes of sample records and colours that a tile may use, so that they stay in the second-level cache.
 const TILE_BYTES: u64 = 768 << 10;
 
+/// Pieces of one patch that may reach in front of the near plane; a surface that passes the eye has a few
+/// thousand.
+pub(super) const MOST_AT_EYE: u32 = 1 << 14;
+
 /// What all tiles of a frame share.
 pub(super) struct FrameData<'a> {
     pub scene: &'a Scene,
@@ -175,10 +179,25 @@ impl<'a> FrameData<'a> {
         let (entries, pieces, stats) = filed;
         let limit = self.tiles.side as i32;
         let mut stack = vec![context.whole(patch)];
+        let (first_entry, first_piece) = (entries.len(), pieces.len());
+        let mut at_eye = 0;
         while let Some(piece) = stack.pop() {
-            let Some(Bound { pixels, depth }) = count_unseen(bound(context, &piece, &region), stats) else {
+            if at_eye > MOST_AT_EYE {
+                entries.truncate(first_entry);
+                pieces.truncate(first_piece);
+                let ix = self.patches.patches[patch as usize].primitive as usize;
+                let name = self.scene.primitives[ix].attributes.object_name(ix);
+                stats.warnings.push(format!(
+                    "{name}: patch {patch} has control points so far apart that single precision cannot tell \
+                     where it passes the eye; it is not drawn"
+                ));
+                return;
+            }
+            let Some(Bound { pixels, depth, crosses }) = count_unseen(bound(context, &piece, &region), stats)
+            else {
                 continue;
             };
+            at_eye += u32::from(crosses);
             let small = pixels[1] - pixels[0] < limit && pixels[3] - pixels[2] < limit;
             if !small && let Fate::Split(halves) = context.fate(&piece) {
                 stats.splits += 1;

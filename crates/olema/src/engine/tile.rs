@@ -20,7 +20,7 @@ use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
 use crate::stats::Stats;
 
 use super::cache::{GridCache, Lookup};
-use super::frame::{Filed, FrameData, Source, count_unseen};
+use super::frame::{Filed, FrameData, MOST_AT_EYE, Source, count_unseen};
 use super::{Hooks, Stopwatch};
 
 /// Grids drawn between two looks for grids that nothing needs any more.
@@ -167,7 +167,7 @@ impl<'a> TileWorker<'a> {
         for entry in self.filed.of_tile(tile) {
             queue.push(Queued { near: entry.near, work: Work::Filed(entry.source) });
         }
-        let mut drawn = 0;
+        let (mut drawn, mut at_eye) = (0, 0);
         while let Some(Queued { work, .. }) = queue.pop() {
             if self.hooks.is_cancelled() {
                 return Err(Stop::Cancelled);
@@ -182,6 +182,15 @@ impl<'a> TileWorker<'a> {
                 self.stats.seconds.split += watch.seconds();
                 continue;
             };
+            at_eye += u32::from(bounds.crosses);
+            if at_eye > MOST_AT_EYE {
+                let warning =
+                    "too many pieces pass the eye in one tile; the rest of them is not drawn".to_owned();
+                if !self.stats.warnings.contains(&warning) {
+                    self.stats.warnings.push(warning);
+                }
+                continue;
+            }
             match self.context.fate(&piece) {
                 Fate::Split(halves) => {
                     self.stats.splits += 1;

@@ -163,10 +163,12 @@ impl<P: ControlPoint> Bicubic<P> {
 
 /// Control points of a cubic over `[t0, t1]` (its blossom at the new ends).
 fn restrict_curve<P: ControlPoint>(p: [P; 4], [t0, t1]: [f32; 2]) -> [P; 4] {
+    // Weights, not differences: next to a huge point a small one keeps its digits.
+    let mix = |a: P, b: P, t: f32| P::blend([a, b, a, a], [1.0 - t, t, 0.0, 0.0]);
     let blossom = |a: f32, b: f32, c: f32| {
-        let first = [P::lerp(p[0], p[1], a), P::lerp(p[1], p[2], a), P::lerp(p[2], p[3], a)];
-        let second = [P::lerp(first[0], first[1], b), P::lerp(first[1], first[2], b)];
-        P::lerp(second[0], second[1], c)
+        let first = [mix(p[0], p[1], a), mix(p[1], p[2], a), mix(p[2], p[3], a)];
+        let second = [mix(first[0], first[1], b), mix(first[1], first[2], b)];
+        mix(second[0], second[1], c)
     };
     [blossom(t0, t0, t0), blossom(t0, t0, t1), blossom(t0, t1, t1), blossom(t1, t1, t1)]
 }

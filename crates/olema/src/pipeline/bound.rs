@@ -19,6 +19,8 @@ pub struct Bound {
     pub pixels: [i32; 4],
     /// Nearest and farthest depth.
     pub depth: [f32; 2],
+    /// It reaches in front of the near plane, so that it may be anywhere on the raster.
+    pub crosses: bool,
 }
 
 /// Why a piece cannot be seen.
@@ -42,14 +44,20 @@ pub fn bound(context: &SplitContext, piece: &Piece, region: &Region) -> Result<B
     for key in 0..context.patches.num_keys {
         context.surfaces.hull(piece.patch, key, u, v, |p| hull.include(p));
     }
-    hull.finish(patch.slack)
+    let rounding = hull.rounding();
+    hull.finish(patch.slack + rounding)
 }
+
+/// Rounding of an evaluated point, relative to the largest coordinate around it.
+const ROUNDING: f32 = 2e-6;
 
 /// Accumulates hull points.
 struct Hull<'a> {
     camera: &'a RasterCamera,
     region: &'a Region,
     depth: [f32; 2],
+    /// Largest coordinate.
+    reach: f32,
     /// Raster box of the points in front of the near plane.
     raster: [f32; 4],
     /// Largest signed distance to the planes through the region's left, right, top and bottom border, in
@@ -63,6 +71,7 @@ impl<'a> Hull<'a> {
             camera,
             region,
             depth: [f32::INFINITY, f32::NEG_INFINITY],
+            reach: 0.0,
             raster: [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY],
             inside: [f32::NEG_INFINITY; 4],
         }
@@ -72,6 +81,7 @@ impl<'a> Hull<'a> {
     fn include(&mut self, p: Vec3) {
         let depth = [self.depth[0].min(p.z), self.depth[1].max(p.z)];
         self.depth = depth;
+        self.reach = self.reach.max(p.abs().max_element());
         if p.z >= self.camera.near {
             let [x, y] = self.camera.project(p);
             let r = &mut self.raster;
@@ -84,6 +94,10 @@ impl<'a> Hull<'a> {
         let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(|px| px as f32);
         let inside = [x - (x0 - 1.0) * w, (x1 + 1.0) * w - x, y - (y0 - 1.0) * w, (y1 + 1.0) * w - y];
         self.inside = std::array::from_fn(|ix| self.inside[ix].max(inside[ix]));
+    }
+
+    fn rounding(&self) -> f32 {
+        ROUNDING * self.reach
     }
 
     fn finish(&self, slack: f32) -> Result<Bound, Unseen> {
@@ -101,7 +115,7 @@ impl<'a> Hull<'a> {
         // An orthographic piece that reaches behind the near plane is bounded by all of its points; those in
         // front alone would miss the cut.
         if crosses || self.depth[0] < self.camera.near || !slack_px.is_finite() {
-            return Ok(Bound { pixels: everywhere, depth });
+            return Ok(Bound { pixels: everywhere, depth, crosses: true });
         }
         let grow = 0.01 + if self.camera.perspective { slack_px / depth[0] } else { slack_px };
         let clamp = |px: f32| px.clamp(-2e9, 2e9) as i32;
@@ -115,6 +129,6 @@ impl<'a> Hull<'a> {
         if pixels[0] >= x1 || pixels[1] < x0 || pixels[2] >= y1 || pixels[3] < y0 {
             return Err(Unseen::Frustum);
         }
-        Ok(Bound { pixels, depth })
+        Ok(Bound { pixels, depth, crosses: false })
     }
 }

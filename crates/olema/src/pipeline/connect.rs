@@ -21,9 +21,6 @@ use super::weld::Welder;
 /// Points closer than this times the smaller patch's diagonal are one point.
 pub const WELD_TOLERANCE: f32 = 1e-5;
 
-/// Rounding of an evaluated point, relative to the patch's largest coordinate.
-const ROUNDING: f32 = 1e-6;
-
 /// How much of an edge a side of a patch is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Part {
@@ -388,24 +385,20 @@ impl ByPoints {
 struct Curves {
     sides: Vec<[[Vec4; 4]; 4]>,
     tolerance: Vec<f32>,
-    /// Largest coordinate of each patch.
-    reach: Vec<f32>,
 }
 
 impl Curves {
     fn new(table: &PatchTable) -> Self {
-        let mut curves = Curves { sides: Vec::new(), tolerance: Vec::new(), reach: Vec::new() };
+        let mut curves = Curves { sides: Vec::new(), tolerance: Vec::new() };
         for patch in &table.patches {
             let Some(surface) = table.control_surface(patch, 0) else {
                 curves.sides.push([[Vec4::ZERO; 4]; 4]);
-                curves.reach.push(0.0);
                 curves.tolerance.push(0.0);
                 continue;
             };
             let mut bounds = Aabb::EMPTY;
             surface.hull([0.0, 1.0], [0.0, 1.0], |p| bounds.include(p));
             curves.sides.push(std::array::from_fn(|side| surface.side_curve(side)));
-            curves.reach.push(bounds.min.abs().max(bounds.max.abs()).max_element());
             curves.tolerance.push(bounds.diagonal() * WELD_TOLERANCE);
         }
         curves
@@ -439,7 +432,7 @@ impl Curves {
             self.ends(corner.owner)[corner.corner as usize] == ends[c]
         });
         let weld = if edges_agree && corners_agree { 0.0 } else { 2.0 * self.tolerance[ix] };
-        weld + ROUNDING * self.reach[ix]
+        weld
     }
 }
 

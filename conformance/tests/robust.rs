@@ -36,7 +36,7 @@ fn scene(seed: u32) -> Scene {
                 std::array::from_fn(|_| random.range(-3.0, 3.0) as f32)
             }
         };
-        let geometry = if seed % 2 == 0 {
+        let geometry = if seed.is_multiple_of(2) {
             bicubic(std::array::from_fn(|_| point()))
         } else {
             bilinear(std::array::from_fn(|_| point()))
@@ -45,7 +45,7 @@ fn scene(seed: u32) -> Scene {
             Attributes { opacity: [0.5 + 0.5 * (seed % 3) as f32 / 2.0; 3], ..Attributes::default() };
         add(&mut scene, geometry, DMat4::IDENTITY, &Arc::new(attributes));
     }
-    if seed % 5 == 0 {
+    if seed.is_multiple_of(5) {
         displace(&mut scene, seed, 0.3);
     }
     scene

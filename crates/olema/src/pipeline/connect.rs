@@ -431,8 +431,7 @@ impl Curves {
             let corner = &table.corners[patch.corners[c] as usize];
             self.ends(corner.owner)[corner.corner as usize] == ends[c]
         });
-        let weld = if edges_agree && corners_agree { 0.0 } else { 2.0 * self.tolerance[ix] };
-        weld
+        if edges_agree && corners_agree { 0.0 } else { 2.0 * self.tolerance[ix] }
     }
 }
 

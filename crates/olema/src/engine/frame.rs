@@ -128,7 +128,6 @@ impl<'a> FrameData<'a> {
 
     /// Splits all patches to about the size of a tile and files the pieces. `None` where it was cancelled.
     pub fn file(&self, hooks: &Hooks, stats: &mut Stats) -> Option<Filed> {
-        let watch = Stopwatch::new(hooks);
         let region = self.tiles.sample_region(self.tiles.window);
         let num_patches = self.patches.patches.len() as u32;
         const CHUNK: u32 = 64;
@@ -165,7 +164,6 @@ impl<'a> FrameData<'a> {
             stats.add(&chunk_stats);
         }
         filed.sort_into(&self.tiles);
-        let _ = watch;
         Some(filed)
     }
 

@@ -219,7 +219,7 @@ fn looks(scene: &mut Scene, colors: &[[f32; 3]]) -> Vec<Arc<Attributes>> {
 fn add_moving(scene: &mut Scene, geometry: Geometry, at: impl Fn(f64) -> DMat4, look: &Arc<Attributes>) {
     scene.primitives.push(Primitive {
         geometry,
-        to_world: Keyed { times: vec![0.0, 1.0], values: vec![at(0.0), at(1.0)] },
+        to_world: Keyed { times: vec![0.0, 1.0], values: vec![at(0.0), at(1.0)] }.into(),
         attributes: Arc::clone(look),
     });
 }

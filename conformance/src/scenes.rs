@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3};
 use olema::scene::{
     Attributes, Camera, Geometry, Keyed, Light, PatchBasis, PatchKind, PatchMesh, Points, Primitive,
-    Projection, ShadingInterpolation,
+    Projection, ShadingInterpolation, Transform,
 };
 use olema::shading::{self, ParamValue, ShaderParam};
 use olema::{Scene, Settings};
@@ -25,7 +25,7 @@ pub fn look_at(eye: [f64; 3], target: [f64; 3]) -> DMat4 {
 /// A perspective camera.
 pub fn camera(eye: [f64; 3], target: [f64; 3], fov: f32) -> Camera {
     Camera {
-        world_to_camera: Keyed::still(look_at(eye, target)),
+        world_to_camera: Transform::still(look_at(eye, target)),
         projection: Projection::Perspective { fov },
         clipping: [0.01, 1000.0],
         ..Camera::default()
@@ -59,7 +59,7 @@ pub fn sheet(kind: PatchKind, nu: usize, nv: usize, points: Vec<[f32; 3]>) -> Ge
 pub fn add(scene: &mut Scene, geometry: Geometry, to_world: DMat4, attributes: &Arc<Attributes>) {
     scene.primitives.push(Primitive {
         geometry,
-        to_world: Keyed::still(to_world),
+        to_world: Transform::still(to_world),
         attributes: Arc::clone(attributes),
     });
 }
@@ -74,7 +74,7 @@ pub fn add_lights(scene: &mut Scene, from: [f32; 3]) -> Arc<[u32]> {
     use olema::scene::VarType;
     let mut make = |name: &str, params: &[ShaderParam]| {
         let shader = shading::light(name, params).expect("a standard light").shader;
-        scene.add_light(Light { shader, to_world: Keyed::still(DMat4::IDENTITY) })
+        scene.add_light(Light { shader, to_world: Transform::default() })
     };
     let ambient = make("ambientlight", &[floats("intensity", VarType::Float, &[0.15])]);
     let distant = make(
@@ -217,7 +217,7 @@ pub fn lit_by(light: &str) -> Scene {
         _ => vec![Param::float("intensity", 0.5)],
     };
     let shader = shading::light(light, &params).expect("a standard light").shader;
-    let only = scene.add_light(Light { shader, to_world: Keyed::still(DMat4::IDENTITY) });
+    let only = scene.add_light(Light { shader, to_world: Transform::default() });
     let floor = [[-6.0, -6.0, 0.0], [6.0, -6.0, 0.0], [-6.0, 6.0, 0.0], [6.0, 6.0, 0.0]];
     let attributes = Arc::new(Attributes { surface: surface("matte"), ..Attributes::default() });
     add(&mut scene, bilinear(floor), DMat4::IDENTITY, &attributes);

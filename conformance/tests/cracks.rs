@@ -114,7 +114,8 @@ fn a_missing_patch_is_seen() {
 fn a_patch_that_is_a_little_off_is_seen() {
     // Farther than the weld tolerance: two edges that are diced on their own.
     let mut torn = scene(Kind::CubeOfPatches, 3);
-    torn.primitives[0].to_world.values[0] = glam::DMat4::from_translation(glam::DVec3::splat(2e-2));
+    torn.primitives[0].to_world =
+        olema::scene::Transform::still(glam::DMat4::from_translation(glam::DVec3::splat(2e-2)));
     let report = signed_hits(&torn, &small(96, 96, [4, 4]), None).expect("a correct scene");
     assert!(report.cracked > 0, "the test cannot fail: {report:?}");
 }

@@ -112,7 +112,8 @@ fn sides_and_orientation() {
     let mut mirrored = scenes::teapot();
     edit(&mut mirrored, |_, attributes| attributes.sides = Sides::One);
     for primitive in &mut mirrored.primitives {
-        primitive.to_world.values[0] = glam::DMat4::from_scale(glam::DVec3::new(-1.0, 1.0, 1.0));
+        primitive.to_world =
+            olema::scene::Transform::still(glam::DMat4::from_scale(glam::DVec3::new(-1.0, 1.0, 1.0)));
     }
     golden("sides_one_mirrored", &mirrored, &settings);
 }

@@ -74,11 +74,11 @@ fn motion_px(scene: &Scene, primitive: &Primitive) -> f64 {
     let to_camera = scene.camera.world_to_camera.first();
     let middle = middle_of(&primitive.geometry);
     let place = |to_world: &DMat4| {
-        let p: Vec3 = (*to_camera * *to_world).transform_point3(middle).as_vec3();
+        let p: Vec3 = (to_camera * *to_world).transform_point3(middle).as_vec3();
         (p.z > raster.near).then(|| raster.project(p).map(f64::from))
     };
-    let keys = &primitive.to_world.values;
-    match (keys.first().and_then(place), keys.last().and_then(place)) {
+    let ends = scene.camera.shutter.map(|time| primitive.to_world.at(f64::from(time)));
+    match (place(&ends[0]), place(&ends[1])) {
         (Some([x0, y0]), Some([x1, y1])) => (x1 - x0).hypot(y1 - y0),
         _ => 0.0,
     }

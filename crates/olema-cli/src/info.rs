@@ -171,7 +171,12 @@ impl FrameInfo {
         points: &Keyed<T>,
         positions: impl Fn(&T) -> Box<dyn Iterator<Item = [f64; 3]> + '_>,
     ) {
-        for to_world in &primitive.to_world.values {
+        let times = primitive.to_world.times();
+        let mut times: Vec<f64> = times.iter().map(|&t| f64::from(t)).collect();
+        if times.is_empty() {
+            times.push(0.0);
+        }
+        for to_world in times.iter().map(|&time| primitive.to_world.at(time)) {
             for key in &points.values {
                 for p in positions(key) {
                     self.grow(to_world.transform_point3(p.into()).into());

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use glam::{DMat3, DMat4, DVec3};
 use olema::scene::{
-    Attributes, Camera, Geometry, Keyed, Light, Primitive, Projection, Scheme, ShadingInterpolation, Sides,
+    Attributes, Camera, Geometry, Light, Primitive, Projection, Scheme, ShadingInterpolation, Sides,
+    Transform,
 };
 use olema::shading::{self, ShaderParam};
 use olema::{Error, Scene, Settings};
@@ -164,7 +165,7 @@ impl View {
 
     fn camera(&self) -> Camera {
         Camera {
-            world_to_camera: Keyed::still(self.world_to_camera()),
+            world_to_camera: Transform::still(self.world_to_camera()),
             projection: Projection::Perspective { fov: FOV as f32 },
             clipping: [(1e-3 * self.radius) as f32, f32::INFINITY],
             ..Camera::default()
@@ -199,7 +200,7 @@ fn scene(file: &str, stem: &str, parts: Vec<Part>, view: &View) -> Result<Scene,
         let attributes = Attributes { name, origin: format!("{file}:{line}"), ..look.clone() };
         scene.primitives.push(Primitive {
             geometry: Geometry::Subdivision(Arc::new(mesh)),
-            to_world: Keyed::still(DMat4::IDENTITY),
+            to_world: Transform::default(),
             attributes: Arc::new(attributes),
         });
     }
@@ -215,7 +216,7 @@ fn lights(camera_to_world: &DMat4) -> Result<[Light; 3], Error> {
             params.extend([ShaderParam::point("from", from), ShaderParam::point("to", [0.0; 3])]);
         }
         let shader = shading::light(name, &params)?.shader;
-        Ok(Light { shader, to_world: Keyed::still(*camera_to_world) })
+        Ok(Light { shader, to_world: Transform::still(*camera_to_world) })
     };
     Ok([
         light("distantlight", 0.95, [1.0, 0.97, 0.92], [-0.8, 1.1, -1.0])?,

@@ -10,7 +10,7 @@
 //! ```
 //! use std::sync::Arc;
 //!
-//! use olema::scene::{Attributes, Camera, Geometry, Keyed, Light, PatchKind, PatchMesh, Points, Primitive};
+//! use olema::scene::{Attributes, Camera, Geometry, Keyed, Light, PatchKind, PatchMesh, Points, Primitive, Transform};
 //! use olema::{Hooks, Renderer, Scene, Settings, shading};
 //!
 //! # fn main() -> Result<(), olema::Error> {
@@ -18,7 +18,7 @@
 //! let mut scene = Scene::new(Camera::default());
 //! let sun = scene.add_light(Light {
 //!     shader: shading::light("distantlight", &[])?.shader,
-//!     to_world: Keyed::still(glam::DMat4::IDENTITY),
+//!     to_world: Transform::default(),
 //! });
 //! let square = PatchMesh {
 //!     kind: PatchKind::Bilinear,
@@ -36,7 +36,7 @@
 //! };
 //! scene.primitives.push(Primitive {
 //!     geometry: Geometry::Patches(Arc::new(square)),
-//!     to_world: Keyed::still(glam::DMat4::IDENTITY),
+//!     to_world: Transform::default(),
 //!     attributes: Arc::new(Attributes {
 //!         color: [1.0, 0.5, 0.0],
 //!         surface: shading::surface("matte", &[])?.shader,

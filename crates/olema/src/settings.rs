@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::image::Filter;
+use crate::sampling::Rasterizer;
 
 /// Settings of one render. The picture depends on the fields of the first group; those of the second
 /// change speed, memory and the order of delivery, never a bit of the picture.
@@ -18,6 +19,12 @@ pub struct Settings {
     pub filter: Filter,
     /// Multiplies every primitive's shading rate (micropolygon area in pixels).
     pub shading_rate_scale: f32,
+    /// Replaces every primitive's motion factor ([`crate::scene::Attributes::motion_factor`]).
+    pub motion_factor: Option<f32>,
+    /// Replaces every primitive's focus factor.
+    pub focus_factor: Option<f32>,
+    /// Time of shading within the shutter, 0 (open) to 1 (close).
+    pub shading_time: f32,
     /// Gain and gamma: value -> (gain * value)^(1 / gamma), after filtering.
     pub exposure: [f32; 2],
     /// Colour behind everything (linear), as the imager "background" gives it; `None` leaves alpha.
@@ -36,6 +43,9 @@ pub struct Settings {
     pub eye_splits: u32,
 
     // -- Speed, memory, order.
+    /// The way samples are found. [`Rasterizer::NoMotion`] refuses scenes that move or have a lens, and
+    /// [`Rasterizer::Simple`] and [`Rasterizer::InterleaveUvt`] pattern tiles that are too large.
+    pub rasterizer: Rasterizer,
     /// Worker threads; 0 is one per core.
     pub threads: usize,
     /// Output buckets, in pixels, delivered as they are finished.
@@ -58,6 +68,9 @@ impl Default for Settings {
             samples: [4, 4],
             filter: Filter::default(),
             shading_rate_scale: 1.0,
+            motion_factor: None,
+            focus_factor: None,
+            shading_time: 0.5,
             exposure: [1.0, 1.0],
             background: None,
             seed: 0,
@@ -66,6 +79,7 @@ impl Default for Settings {
             permutations: 64,
             grid_size: 256,
             eye_splits: 10,
+            rasterizer: Rasterizer::Auto,
             threads: 0,
             bucket: [64, 64],
             tile: None,
@@ -80,6 +94,12 @@ impl Settings {
     /// Samples a pixel, M = nx * ny.
     pub fn samples_per_pixel(&self) -> u32 {
         self.samples[0].saturating_mul(self.samples[1])
+    }
+
+    /// Side K of the pattern's pixel tile: the one asked for, or the default for the samples and the rasterizer.
+    pub fn pattern_tile_side(&self) -> u32 {
+        let default = crate::sampling::pattern::default_tile(self.samples_per_pixel());
+        self.pattern_tile.unwrap_or(default)
     }
 
     /// The pixels to render, `[x0, x1, y0, y1]`, end exclusive.
@@ -118,6 +138,16 @@ impl Settings {
         if !(self.shading_rate_scale > 0.0 && self.shading_rate_scale.is_finite()) {
             return fail("shading rate", self.shading_rate_scale.to_string(), "a finite number above 0");
         }
+        for (what, factor) in [("motion factor", self.motion_factor), ("focus factor", self.focus_factor)] {
+            if let Some(factor) = factor
+                && !(factor >= 0.0 && factor.is_finite())
+            {
+                return fail(what, factor.to_string(), "a finite number of at least 0");
+            }
+        }
+        if !(0.0..=1.0).contains(&self.shading_time) {
+            return fail("shading time", self.shading_time.to_string(), "0 (shutter open) to 1 (closed)");
+        }
         let [gain, gamma] = self.exposure;
         if !(gain.is_finite() && gamma.is_finite() && gamma > 0.0) {
             return fail("exposure", format!("{gain} {gamma}"), "a finite gain and a finite gamma above 0");
@@ -138,6 +168,11 @@ impl Settings {
         }
         if self.bucket.contains(&0) {
             return fail("bucket", format!("{}x{}", self.bucket[0], self.bucket[1]), "at least 1x1 pixel");
+        }
+        let k = self.pattern_tile_side();
+        if k > self.rasterizer.greatest_tile() {
+            let most = self.rasterizer.greatest_tile();
+            return fail("pattern tile", k.to_string(), &format!("at most {most} for {:?}", self.rasterizer));
         }
         if self.tile == Some(0) {
             return fail("tile", "0".to_owned(), "at least 1 pixel");

@@ -10,9 +10,10 @@ use flate2::read::MultiGzDecoder;
 use super::interp::Recording;
 use super::lexer::Lexer;
 use super::state::AttrState;
-use super::transform::Transform;
 
 /// State to return to after an object.
+use olema::scene::Transform;
+
 pub type Saved = (Arc<AttrState>, Transform, usize);
 
 /// A file or a recording that is being read.

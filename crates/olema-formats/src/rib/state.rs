@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use glam::DMat4;
 use olema::image::Filter;
-use olema::scene::{Attributes, Keyed, Lens, PatchBasis, Projection};
+use olema::scene::{Attributes, Lens, PatchBasis, Projection, Transform};
 use olema::shading::{LightShader, SurfaceShader};
 
 use super::args::Args;
 use super::declare::Decl;
 use super::displacement::{BoundState, DisplacementState};
 use super::fault::Pos;
-use super::transform::Transform;
 use super::{Display, Quantize};
 
 /// A place in a named file.
@@ -204,6 +203,8 @@ impl AttrState {
             displacement_bound: 0.0,
             lights: Arc::from([]),
             shading_rate: 1.0,
+            motion_factor: 0.0,
+            focus_factor: 0.0,
             shading_interpolation: olema::scene::ShadingInterpolation::Constant,
             sides: olema::scene::Sides::Two,
             reverse_orientation: false,
@@ -250,7 +251,7 @@ pub struct LightState {
     /// The shader.
     pub shader: Arc<dyn LightShader>,
     /// From its space.
-    pub matrix: Keyed<DMat4>,
+    pub matrix: Transform,
     /// Whether the matrix leads to world.
     pub in_world: bool,
 }

@@ -1,11 +1,10 @@
-//! Transforms: RenderMan's statements as matrices, and the current transformation with its keys.
+//! Transforms: RenderMan's statements as matrices.
 //!
 //! RenderMan writes row vectors (p' = p M) and adds a statement in front of the current matrix; glam's matrices
 //! are for column vectors (p' = M p). The sixteen numbers of a RenderMan matrix, row after row, are a column
 //! matrix's columns in order, and "in front" becomes "behind": current = current * statement.
 
 use glam::{DMat4, DVec3, DVec4};
-use olema::scene::Keyed;
 
 /// Sine and cosine of an angle in degrees. Multiples of 90 are exact, and the bits are the same on every machine:
 /// the reduction is exact and the series use nothing but additions and multiplications.
@@ -89,67 +88,6 @@ pub fn is_regular(m: &DMat4) -> bool {
     m.is_finite() && determinant.is_finite() && determinant.abs() > 1e-280 && m.inverse().is_finite()
 }
 
-/// The current transformation: to camera space before WorldBegin, to world space after it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Transform(pub Keyed<DMat4>);
-
-impl Default for Transform {
-    fn default() -> Self {
-        Transform(Keyed::still(DMat4::IDENTITY))
-    }
-}
-
-impl Transform {
-    /// The first key.
-    pub fn first(&self) -> &DMat4 {
-        self.0.values.first().unwrap_or(&DMat4::IDENTITY)
-    }
-
-    /// Puts a still matrix next to the object.
-    pub fn concat(&mut self, m: &DMat4) {
-        for value in &mut self.0.values {
-            *value *= *m;
-        }
-    }
-
-    /// Puts a moving matrix next to the object. Where both move, keys are made for the times of both; between
-    /// its own keys a transformation is taken as linear in its matrix.
-    pub fn concat_keyed(&mut self, other: &Keyed<DMat4>) {
-        if other.times.is_empty() {
-            if let Some(m) = other.values.first() {
-                self.concat(m);
-            }
-            return;
-        }
-        let mut times = self.0.times.clone();
-        times.extend_from_slice(&other.times);
-        times.sort_by(f32::total_cmp);
-        times.dedup();
-        let values = times.iter().map(|t| at(&self.0, *t) * at(other, *t)).collect();
-        self.0 = Keyed { times, values };
-    }
-
-    /// Whether every key can be inverted.
-    pub fn is_regular(&self) -> bool {
-        self.0.values.iter().all(is_regular)
-    }
-}
-
-/// A keyed matrix at a time, held beyond its ends.
-fn at(keyed: &Keyed<DMat4>, time: f32) -> DMat4 {
-    let next = keyed.times.iter().position(|t| *t >= time);
-    let value = |ix: usize| keyed.values.get(ix).copied().unwrap_or(DMat4::IDENTITY);
-    match next {
-        None => keyed.values.last().copied().unwrap_or(DMat4::IDENTITY),
-        Some(0) => value(0),
-        Some(ix) => {
-            let (before, after) = (keyed.times[ix - 1], keyed.times[ix]);
-            let part = f64::from(time - before) / f64::from(after - before);
-            value(ix - 1) * (1.0 - part) + value(ix) * part
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -190,15 +128,5 @@ mod tests {
         assert_eq!(m.transform_vector3(DVec3::X), DVec3::X);
         assert_eq!(skew([90.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0]), None);
         assert_eq!(skew([1.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0]), None);
-    }
-
-    #[test]
-    fn two_motions_meet_at_all_their_times() {
-        let shift = |x: f64| DMat4::from_translation(DVec3::new(x, 0.0, 0.0));
-        let mut t = Transform(Keyed { times: vec![0.0, 1.0], values: vec![shift(0.0), shift(2.0)] });
-        t.concat_keyed(&Keyed { times: vec![0.0, 0.5], values: vec![shift(0.0), shift(10.0)] });
-        assert_eq!(t.0.times, [0.0, 0.5, 1.0]);
-        let x: Vec<f64> = t.0.values.iter().map(|m| m.w_axis.x).collect();
-        assert_eq!(x, [0.0, 11.0, 12.0]);
     }
 }

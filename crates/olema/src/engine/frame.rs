@@ -64,18 +64,16 @@ impl<'a> FrameData<'a> {
             edges.list_users(&patches);
             widen(&mut patches, &edges, &infos);
         }
-        let world_to_camera = *scene.camera.world_to_camera.first();
+        let world_to_camera = scene.camera.world_to_camera.first();
         let placed: Vec<Arc<dyn PlacedLight>> = scene
             .lights
             .iter()
-            .map(|light| light.shader.place(&(world_to_camera * *light.to_world.first())))
+            .map(|light| light.shader.place(&(world_to_camera * light.to_world.first())))
             .collect();
         let lights_of = |ixs: &[u32]| ixs.iter().filter_map(|&ix| placed.get(ix as usize).cloned()).collect();
         let pattern = SamplePattern::new(PatternSpec {
             samples: settings.samples,
-            tile: settings
-                .pattern_tile
-                .unwrap_or_else(|| crate::sampling::pattern::default_tile(settings.samples_per_pixel())),
+            tile: settings.pattern_tile_side(),
             permutations: settings.permutations,
             seed: settings.seed,
             jitter: settings.jitter,

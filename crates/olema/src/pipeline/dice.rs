@@ -36,7 +36,7 @@ pub struct PrimitiveInfo {
 impl PrimitiveInfo {
     /// Derives it from the primitive.
     pub fn new(scene: &Scene, camera: &RasterCamera, primitive: &Primitive) -> Self {
-        let to_camera = *scene.camera.world_to_camera.first() * *primitive.to_world.first();
+        let to_camera = scene.camera.world_to_camera.first() * primitive.to_world.first();
         let attributes = &primitive.attributes;
         let turned = (to_camera.determinant() < 0.0) != attributes.reverse_orientation;
         let mirrored = camera.scale[0] * camera.scale[1] < 0.0;

@@ -18,9 +18,9 @@ use super::patch::{Limit, Patch, PatchTable, Shape};
 pub fn patchify(scene: &Scene) -> (PatchTable, Vec<String>) {
     let mut table = PatchTable { num_keys: 1, ..PatchTable::default() };
     let mut warnings = Vec::new();
-    let world_to_camera = *scene.camera.world_to_camera.first();
+    let world_to_camera = scene.camera.world_to_camera.first();
     for (ix, primitive) in scene.primitives.iter().enumerate() {
-        let to_camera = world_to_camera * *primitive.to_world.first();
+        let to_camera = world_to_camera * primitive.to_world.first();
         let mut warn = |problem: &dyn std::fmt::Display| {
             warnings.push(format!("{}: {problem}", primitive.attributes.object_name(ix)));
         };

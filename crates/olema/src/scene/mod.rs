@@ -5,9 +5,11 @@
 //! x right, y up, z into the picture) -> *raster* (pixels, y down).
 
 mod geometry;
+mod keyed;
 mod subdivision;
 
 pub use geometry::{Class, Geometry, PatchBasis, PatchKind, PatchMesh, Points, PrimVar, VarType, VarValues};
+pub use keyed::{Between, Keyed, Transform};
 pub use subdivision::{BoundaryRule, Crease, CreaseMethod, FaceVaryingRule, Scheme, SubdivisionMesh};
 
 use std::sync::Arc;
@@ -16,27 +18,6 @@ use glam::DMat4;
 
 use crate::error::Error;
 use crate::shading::{DisplacementShader, LightShader, SurfaceShader};
-
-/// A value at one or more times, in ascending order of time. One key is a value that does not change.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Keyed<T> {
-    /// Key times, strictly ascending, in the unit of `Camera::shutter`. Empty for a single still value.
-    pub times: Vec<f32>,
-    /// The values, one a time; exactly one where `times` is empty.
-    pub values: Vec<T>,
-}
-
-impl<T> Keyed<T> {
-    /// A value that does not change.
-    pub fn still(value: T) -> Self {
-        Keyed { times: Vec::new(), values: vec![value] }
-    }
-
-    /// The first key's value.
-    pub fn first(&self) -> &T {
-        &self.values[0]
-    }
-}
 
 /// A whole scene.
 #[derive(Debug, Clone)]
@@ -93,17 +74,17 @@ impl Scene {
                 &format!("pixel aspect {}: expected above 0", camera.pixel_aspect),
             );
         }
-        if !camera.world_to_camera.values.iter().all(|m| m.is_finite()) {
+        if !camera.world_to_camera.all(DMat4::is_finite) {
             return fail("camera".to_owned(), "its matrix has a number that is not finite");
         }
         for (ix, light) in self.lights.iter().enumerate() {
-            if !light.to_world.values.iter().all(|m| m.is_finite()) {
+            if !light.to_world.all(DMat4::is_finite) {
                 return fail(format!("light {ix}"), "its matrix has a number that is not finite");
             }
         }
         for (ix, primitive) in self.primitives.iter().enumerate() {
             let name = || primitive.attributes.object_name(ix);
-            if !primitive.to_world.values.iter().all(|m| m.is_finite()) {
+            if !primitive.to_world.all(DMat4::is_finite) {
                 return fail(name(), "its matrix has a number that is not finite");
             }
             let rate = primitive.attributes.shading_rate;
@@ -146,7 +127,7 @@ pub enum Projection {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     /// World to camera space; keys move the camera.
-    pub world_to_camera: Keyed<DMat4>,
+    pub world_to_camera: Transform,
     /// Projection.
     pub projection: Projection,
     /// `[left, right, bottom, top]` of the frame in screen coordinates; `None` makes the shorter side span
@@ -156,8 +137,11 @@ pub struct Camera {
     pub pixel_aspect: f32,
     /// Near and far clipping depth, 0 < near < far; far may be infinite.
     pub clipping: [f32; 2],
-    /// Shutter opening and closing time.
+    /// Times at which the shutter begins to open and is closed again; the same for a still picture.
     pub shutter: [f32; 2],
+    /// Parts of the time between at which the shutter is fully open and at which it begins to close:
+    /// 0 <= first <= second <= 1. `[0, 1]` opens and closes at once.
+    pub shutter_opening: [f32; 2],
     /// The thin lens; `None` is a pinhole.
     pub lens: Option<Lens>,
 }
@@ -165,26 +149,39 @@ pub struct Camera {
 impl Default for Camera {
     fn default() -> Self {
         Camera {
-            world_to_camera: Keyed::still(DMat4::IDENTITY),
+            world_to_camera: Transform::default(),
             projection: Projection::Orthographic,
             screen_window: None,
             pixel_aspect: 1.0,
             clipping: [1e-10, f32::INFINITY],
             shutter: [0.0, 0.0],
+            shutter_opening: [0.0, 1.0],
             lens: None,
         }
     }
 }
 
-/// A thin lens (`DepthOfField`). Kept by the readers; drawn once depth of field is.
+/// A thin lens (`DepthOfField`); of perspective cameras only. Its radius is `focal_length / (2 fstop)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lens {
-    /// Focal length over aperture diameter.
+    /// Focal length over aperture diameter, above 0.
     pub fstop: f32,
-    /// Focal length in camera units.
+    /// Focal length in camera units, above 0.
     pub focal_length: f32,
-    /// Depth in focus, in camera units.
+    /// Depth in focus, in camera units, above 0.
     pub focal_distance: f32,
+    /// Blades of the aperture, 3 or more; fewer make it round.
+    pub blades: u32,
+    /// Angle of the aperture's first corner in degrees, counter-clockwise from the right as highlights behind the
+    /// focus show it.
+    pub blade_angle: f32,
+}
+
+impl Lens {
+    /// A round lens.
+    pub fn new(fstop: f32, focal_length: f32, focal_distance: f32) -> Self {
+        Lens { fstop, focal_length, focal_distance, blades: 0, blade_angle: 0.0 }
+    }
 }
 
 /// A light: its shader and where it stands.
@@ -193,7 +190,7 @@ pub struct Light {
     /// What it does.
     pub shader: Arc<dyn LightShader>,
     /// The space its points and directions are given in, to world.
-    pub to_world: Keyed<DMat4>,
+    pub to_world: Transform,
 }
 
 /// One surface or a sheet of them, with its attributes.
@@ -202,7 +199,7 @@ pub struct Primitive {
     /// The shape, shared by all instances of it.
     pub geometry: Geometry,
     /// Object to world space.
-    pub to_world: Keyed<DMat4>,
+    pub to_world: Transform,
     /// How it looks.
     pub attributes: Arc<Attributes>,
 }
@@ -250,6 +247,12 @@ pub struct Attributes {
     pub lights: Arc<[u32]>,
     /// Area of a micropolygon in pixels, above 0.
     pub shading_rate: f32,
+    /// How much motion coarsens dicing, at least 0: the area of a micropolygon grows by the factor
+    /// 1 + `motion_factor` * (pixels moved while the shutter is open) / 16
+    /// (`GeometricApproximation "motionfactor"`).
+    pub motion_factor: f32,
+    /// The same for defocus, with the diameter of the circle of confusion in pixels.
+    pub focus_factor: f32,
     /// Colour over a micropolygon.
     pub shading_interpolation: ShadingInterpolation,
     /// Sides drawn.
@@ -287,6 +290,8 @@ impl Default for Attributes {
             displacement_bound: 0.0,
             lights: Arc::from([]),
             shading_rate: 1.0,
+            motion_factor: 0.0,
+            focus_factor: 0.0,
             shading_interpolation: ShadingInterpolation::default(),
             sides: Sides::default(),
             reverse_orientation: false,

@@ -4,8 +4,8 @@ use super::super::fault::Fault;
 use super::super::source::Saved;
 use super::super::state::{Block, BlockKind};
 use super::super::statements::Id;
-use super::super::transform::Transform;
 use super::{Call, Flow, Interp, MAX_BLOCKS};
+use olema::scene::Transform;
 
 impl Interp {
     /// Runs a statement that opens or closes a block; `false` where it is another one.

@@ -13,9 +13,9 @@ impl Interp {
     /// Detail: measures the box under the current transformation.
     pub(super) fn detail(&mut self, call: &Call<'_>) {
         let numbers: [f64; 6] = call.args.array(0).unwrap_or_default();
-        let mut to_camera = *self.ctm.first();
+        let mut to_camera = self.ctm.first();
         if let Some(world) = &self.world {
-            to_camera = *world.scene.camera.world_to_camera.first() * to_camera;
+            to_camera = world.scene.camera.world_to_camera.first() * to_camera;
         }
         let area = raster_area(&self.options, &to_camera, numbers);
         Arc::make_mut(&mut self.attrs).detail = area * self.options.relative_detail;

@@ -43,7 +43,7 @@ impl Interp {
                 None
             }
         };
-        let (matrix, in_world) = (*self.ctm.first(), self.world.is_some());
+        let (matrix, in_world) = (self.ctm.first(), self.world.is_some());
         Arc::make_mut(&mut self.attrs).displacement =
             shader.map(|shader| DisplacementState { shader, matrix, in_world, placed: None });
         Flow::Next
@@ -84,7 +84,7 @@ impl Interp {
     /// Displacement shader and bound of a primitive that stands here, in its own space.
     pub(super) fn displaced(&mut self) -> (Option<Arc<dyn DisplacementShader>>, f32) {
         let Some(world) = &self.world else { return (None, 0.0) };
-        let (object, camera) = (*self.ctm.first(), *world.scene.camera.world_to_camera.first());
+        let (object, camera) = (self.ctm.first(), world.scene.camera.world_to_camera.first());
         let state = self.attrs.displacement.as_ref();
         let bound = self.attrs.displacement_bound.in_object(&object, &camera, state);
         let Some(state) = state else { return (None, bound) };

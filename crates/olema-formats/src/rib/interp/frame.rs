@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::DMat4;
-use olema::scene::{Camera, Keyed, Light};
+use olema::scene::{Camera, Light};
 use olema::{Scene, Settings};
 
 use super::super::fault::Fault;
@@ -95,12 +94,13 @@ impl Interp {
         let options = &self.options;
         let explicit = options.screen_window.is_some() || options.frame_aspect.is_some();
         Camera {
-            world_to_camera: self.ctm.0.clone(),
+            world_to_camera: self.ctm.clone(),
             projection: options.projection,
             screen_window: explicit.then(|| options.screen().map(|v| v as f32)),
             pixel_aspect: options.pixel_aspect as f32,
             clipping: options.clipping.map(|v| v as f32),
             shutter: options.shutter,
+            shutter_opening: [0.0, 1.0],
             lens: options.lens,
         }
     }
@@ -118,26 +118,16 @@ impl Interp {
     /// Adds the lights and named spaces, all of them from world.
     fn finish(&mut self, scene: &mut Scene) {
         let camera = &scene.camera.world_to_camera;
-        let to_world: Vec<DMat4> = camera.values.iter().map(DMat4::inverse).collect();
-        let to_world = Keyed { times: camera.times.clone(), values: to_world };
+        let to_world = camera.inverse();
         let first = to_world.first();
         for light in &self.names.lights {
             // A light of the camera's space stands still there; where the camera moves, it is taken along.
-            let to_world = match (light.in_world, light.matrix.times.is_empty()) {
-                (true, _) => light.matrix.clone(),
-                (false, true) => {
-                    let values = to_world.values.iter().map(|m| *m * *light.matrix.first()).collect();
-                    Keyed { times: to_world.times.clone(), values }
-                }
-                (false, false) => {
-                    let values = light.matrix.values.iter().map(|m| *first * *m).collect();
-                    Keyed { times: light.matrix.times.clone(), values }
-                }
-            };
+            let to_world =
+                if light.in_world { light.matrix.clone() } else { to_world.then_of(&light.matrix) };
             scene.lights.push(Light { shader: light.shader.clone(), to_world });
         }
         for space in &self.names.spaces {
-            let matrix = if space.in_world { space.matrix } else { *first * space.matrix };
+            let matrix = if space.in_world { space.matrix } else { first * space.matrix };
             scene.coordinate_systems.push((space.name.clone(), matrix));
         }
     }

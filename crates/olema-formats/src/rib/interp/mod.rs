@@ -22,6 +22,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use olema::Scene;
+use olema::scene::Transform;
 use olema::shading::TextureImage;
 
 use super::RibFrame;
@@ -32,7 +33,6 @@ use super::room::Room;
 use super::shaders::ShaderLibrary;
 use super::state::{AttrState, Block, BlockKind, Handle, Names, OptionState, Site, Value};
 use super::statements::{self, Id, Place, Statement, Support};
-use super::transform::Transform;
 use motion::Motion;
 use record::Recorder;
 pub use record::{Geometries, Recorded, Recording};

@@ -145,7 +145,7 @@ impl Interp {
         };
         Arc::make_mut(&mut self.options).projection = projection;
         // Camera space begins here: what was before belongs to the projection.
-        if *self.ctm.first() != glam::DMat4::IDENTITY {
+        if self.ctm.first() != glam::DMat4::IDENTITY {
             let message = "transforms before Projection would move the finished picture: ignored; expected them after it";
             self.say(Fault::warning(call.site.pos, message));
         }
@@ -255,11 +255,7 @@ fn lens(numbers: &[f64]) -> Result<Option<Lens>, &'static str> {
         return Err("expected an f-stop, a focal length and a focal distance above 0");
     }
     let pinhole = fstop >= 1e30;
-    let lens = Lens {
-        fstop: fstop as f32,
-        focal_length: focal_length as f32,
-        focal_distance: focal_distance as f32,
-    };
+    let lens = Lens::new(fstop as f32, focal_length as f32, focal_distance as f32);
     Ok((!pinhole).then_some(lens))
 }
 

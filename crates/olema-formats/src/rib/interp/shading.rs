@@ -65,7 +65,7 @@ impl Interp {
         };
         self.note_params(call, &made.warnings);
         let ix = u32::try_from(self.names.lights.len()).unwrap_or(u32::MAX);
-        let (matrix, in_world) = (self.ctm.0.clone(), self.world.is_some());
+        let (matrix, in_world) = (self.ctm.clone(), self.world.is_some());
         self.names.lights.push(LightState { shader: made.shader, matrix, in_world });
         self.names.handles.insert(Handle::of(call.args, 1), ix);
         let attrs = Arc::make_mut(&mut self.attrs);

@@ -57,9 +57,9 @@ impl Interp {
             ..self.attrs.look.clone()
         };
         let sizes = size_of::<Primitive>() + size_of::<Attributes>() + size_of::<glam::DMat4>();
-        self.hold(call, (sizes * self.ctm.0.values.len() + look.origin.len() + look.name.len()) as u64)?;
+        self.hold(call, (sizes * (1 + self.ctm.times().len()) + look.origin.len() + look.name.len()) as u64)?;
         if let Some(world) = &mut self.world {
-            let (to_world, attributes) = (self.ctm.0.clone(), Arc::new(look));
+            let (to_world, attributes) = (self.ctm.clone(), Arc::new(look));
             world.scene.primitives.push(Primitive { geometry, to_world, attributes });
         }
         Ok(())

@@ -1,12 +1,12 @@
 //! Transforms and named spaces.
 
 use glam::{DMat4, DVec3};
-use olema::scene::Keyed;
+use olema::scene::{Keyed, Transform};
 
 use super::super::fault::Fault;
 use super::super::state::Space;
 use super::super::statements::Id;
-use super::super::transform::{self, Transform};
+use super::super::transform;
 use super::{Call, Interp, MAX_SPACES, MAX_TIMES};
 
 impl Interp {
@@ -59,7 +59,7 @@ impl Interp {
 
     /// Changes the current transformation, if it can still be inverted then.
     pub(super) fn apply(&mut self, call: &Call<'_>, m: &Keyed<DMat4>, replaces: bool) -> Result<(), Fault> {
-        if self.ctm.0.times.len() + m.times.len() > 2 * MAX_TIMES {
+        if self.ctm.times().len() + m.times.len() > 2 * MAX_TIMES {
             let message = format!(
                 "expected at most {} times in all motion blocks around an object; ignored",
                 2 * MAX_TIMES
@@ -67,8 +67,8 @@ impl Interp {
             return Err(Fault::error(call.site.pos, message));
         }
         let mut next = if replaces { Transform::default() } else { self.ctm.clone() };
-        next.concat_keyed(m);
-        if !next.is_regular() {
+        next.concat(m);
+        if !next.all(transform::is_regular) {
             let name = call.statement.name;
             let message =
                 format!("{name} makes a singular transformation: expected one that can be inverted; ignored");
@@ -80,11 +80,11 @@ impl Interp {
 
     /// From a named space to the space that the current transformation leads to.
     pub(super) fn space(&self, name: &str) -> Option<DMat4> {
-        let to_camera = self.world.as_ref().map(|w| *w.scene.camera.world_to_camera.first());
+        let to_camera = self.world.as_ref().map(|w| w.scene.camera.world_to_camera.first());
         match (name, to_camera) {
             ("world", Some(_)) | ("camera" | "current", None) => return Some(DMat4::IDENTITY),
             ("camera", Some(to_camera)) => return Some(to_camera.inverse()),
-            ("object" | "shader" | "current", _) => return Some(*self.ctm.first()),
+            ("object" | "shader" | "current", _) => return Some(self.ctm.first()),
             _ => {}
         }
         let scoped = self.attrs.spaces.iter().rev();
@@ -102,7 +102,7 @@ impl Interp {
             return Err(Fault::error(call.site.pos, message));
         }
         let name = call.args.text(0).unwrap_or_default().to_owned();
-        let space = Space { name, matrix: *self.ctm.first(), in_world: self.world.is_some() };
+        let space = Space { name, matrix: self.ctm.first(), in_world: self.world.is_some() };
         if call.statement.id == Id::ScopedCoordinateSystem {
             let attrs = std::sync::Arc::make_mut(&mut self.attrs);
             std::sync::Arc::make_mut(&mut attrs.spaces).push(space);

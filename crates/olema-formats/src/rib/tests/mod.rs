@@ -79,7 +79,7 @@ impl Read {
 const PATCH: &str = "Patch \"bilinear\" \"P\" [0 0 0 1 0 0 0 1 0 1 1 0]";
 
 fn to_world(frame: &RibFrame, ix: usize) -> DMat4 {
-    *frame.scene.primitives[ix].to_world.first()
+    frame.scene.primitives[ix].to_world.first()
 }
 
 fn near(a: DVec3, b: DVec3) -> bool {

@@ -94,7 +94,7 @@ fn a_plus_adds_a_display_and_quantization_is_that_of_the_mode() {
 fn the_lens_is_kept_and_said_not_to_be_drawn() {
     let read1 = read("DepthOfField 2.8 1 10 WorldBegin WorldEnd");
     read1.says(Severity::Note, 1, 1, "depth of field");
-    let lens = Lens { fstop: 2.8, focal_length: 1.0, focal_distance: 10.0 };
+    let lens = Lens::new(2.8, 1.0, 10.0);
     assert_eq!(read1.frames[0].scene.camera.lens, Some(lens));
     let read2 = read("DepthOfField 2.8 1 10 DepthOfField - WorldBegin WorldEnd");
     assert_eq!(read2.frames[0].scene.camera.lens, None);

@@ -52,7 +52,7 @@ pub fn measure(scene: &Scene, resolution: [u32; 2]) -> Result<Measured, Error> {
     let stats = grids(scene, &settings, None, |_, grid| {
         let view =
             GridView { m: grid.m as usize, n: grid.n as usize, x: &grid.x, y: &grid.y, depth: &grid.depth };
-        let skip = grid.slow.as_ref().map(|slow| slow.is_slow.as_slice());
+        let skip = grid.has_slow().then_some(grid.slow.is_slow.as_slice());
         let mut counts = SampleCounts::default();
         rasterize_grid(view, Facing::Any, skip, &samples, &mut counts, &mut hits);
         weighted_motion += counts.hits as f64 * motions[grid.key.primitive as usize];

@@ -23,6 +23,8 @@ pub struct Settings {
     pub motion_factor: Option<f32>,
     /// Replaces every primitive's focus factor.
     pub focus_factor: Option<f32>,
+    /// How far a vertex may be from its path, in pixels, above 0: where paths are curved, key times are added.
+    pub motion_tolerance_px: f32,
     /// Time of shading within the shutter, 0 (open) to 1 (close).
     pub shading_time: f32,
     /// Gain and gamma: value -> (gain * value)^(1 / gamma), after filtering.
@@ -70,6 +72,7 @@ impl Default for Settings {
             shading_rate_scale: 1.0,
             motion_factor: None,
             focus_factor: None,
+            motion_tolerance_px: 0.125,
             shading_time: 0.5,
             exposure: [1.0, 1.0],
             background: None,
@@ -144,6 +147,10 @@ impl Settings {
             {
                 return fail(what, factor.to_string(), "a finite number of at least 0");
             }
+        }
+        if !(self.motion_tolerance_px > 0.0 && self.motion_tolerance_px.is_finite()) {
+            let found = self.motion_tolerance_px.to_string();
+            return fail("motion tolerance", found, "a finite number of pixels above 0");
         }
         if !(0.0..=1.0).contains(&self.shading_time) {
             return fail("shading time", self.shading_time.to_string(), "0 (shutter open) to 1 (closed)");

@@ -104,7 +104,7 @@ impl<'a> Bench<'a> {
             counts: SampleCounts::default(),
         };
         for grid in grids {
-            buffers.draw(&frame.camera, grid)?;
+            buffers.draw(&frame.draw_context(), grid)?;
         }
         Ok(buffers)
     }
@@ -113,7 +113,7 @@ impl<'a> Bench<'a> {
     pub fn resolve(&self, buffers: &TileBuffers) -> Vec<Pixel> {
         let frame = &self.frame;
         let mut colors = vec![SampleColor::EMPTY; buffers.samples.len()];
-        composite_opaque(&frame.camera, buffers, &mut colors);
+        composite_opaque(&frame.draw_context(), buffers, &mut colors);
         let mut pixels = Vec::new();
         filter_pixels(&frame.filter, &buffers.samples, &colors, frame.tiles.window, &mut pixels);
         pixels

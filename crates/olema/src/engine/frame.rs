@@ -14,14 +14,17 @@ use crate::pipeline::bound::{Bound, Unseen, bound};
 use crate::pipeline::connect::connect;
 use crate::pipeline::dice::PrimitiveInfo;
 use crate::pipeline::displace::{Corrections, DisplaceContext, widen};
+use crate::pipeline::motion::{KeyTimes, scene_time, welded};
 use crate::pipeline::patch::Surfaces;
 use crate::pipeline::patchify::patchify;
 use crate::pipeline::piece::Piece;
+use crate::pipeline::rate::Fineness;
 use crate::pipeline::resolve::FilterTable;
+use crate::pipeline::sample::DrawContext;
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::pipeline::{EdgeTable, PatchTable};
-use crate::sampling::{PatternSpec, Region, SamplePattern};
-use crate::scene::Scene;
+use crate::sampling::{LensShape, PatternSpec, Region, SamplePattern, ShutterShape, TupleTimes};
+use crate::scene::{Primitive, Scene};
 use crate::settings::Settings;
 use crate::shading::PlacedLight;
 use crate::stats::Stats;
@@ -43,10 +46,12 @@ pub(super) struct FrameData<'a> {
     pub patches: PatchTable,
     pub edges: EdgeTable,
     pub infos: Vec<PrimitiveInfo>,
-    pub shading_rate: Vec<f32>,
+    pub fineness: Vec<Fineness>,
     /// Lights of each primitive, in camera space.
     pub lights: Vec<Vec<Arc<dyn PlacedLight>>>,
     pub pattern: SamplePattern,
+    /// Local times of the pattern's tuples, for each set of key times.
+    pub times: Vec<TupleTimes>,
     pub filter: FilterTable,
     pub tiles: Tiles,
 }
@@ -55,20 +60,22 @@ impl<'a> FrameData<'a> {
     /// Patchify and connect.
     pub fn new(scene: &'a Scene, settings: &'a Settings, stats: &mut Stats) -> Self {
         let camera = RasterCamera::new(&scene.camera, settings.resolution);
-        let (mut patches, warnings) = patchify(scene);
-        let shading_rate: Vec<f32> = scene.primitives.iter().map(|p| p.attributes.shading_rate).collect();
-        let mut edges = connect(&mut patches, &shading_rate);
-        let infos: Vec<PrimitiveInfo> =
-            scene.primitives.iter().map(|p| PrimitiveInfo::new(scene, &camera, p)).collect();
+        let fineness: Vec<Fineness> = scene.primitives.iter().map(|p| fineness(p, settings)).collect();
+        let (mut patches, mut edges, warnings) = connected(scene, &camera, settings, &fineness);
+        let info = |(ix, primitive)| {
+            PrimitiveInfo::new(scene, &camera, primitive, patches.times.of(ix), settings.shading_time)
+        };
+        let infos: Vec<PrimitiveInfo> = (0u32..).zip(&scene.primitives).map(info).collect();
         if infos.iter().any(|info| info.displacement.is_some()) {
             edges.list_users(&patches);
             widen(&mut patches, &edges, &infos);
         }
-        let world_to_camera = scene.camera.world_to_camera.first();
+        let shading_time = scene_time(scene, settings.shading_time);
+        let world_to_camera = scene.camera.world_to_camera.at(shading_time);
         let placed: Vec<Arc<dyn PlacedLight>> = scene
             .lights
             .iter()
-            .map(|light| light.shader.place(&(world_to_camera * light.to_world.first())))
+            .map(|light| light.shader.place(&(world_to_camera * light.to_world.at(shading_time))))
             .collect();
         let lights_of = |ixs: &[u32]| ixs.iter().filter_map(|&ix| placed.get(ix as usize).cloned()).collect();
         let pattern = SamplePattern::new(PatternSpec {
@@ -77,9 +84,12 @@ impl<'a> FrameData<'a> {
             permutations: settings.permutations,
             seed: settings.seed,
             jitter: settings.jitter,
+            lens: lens_shape(scene),
+            shutter: shutter_shape(scene),
             ..PatternSpec::default()
         });
         let filter = FilterTable::new(settings.filter, &pattern);
+        let times = patches.times.sets.iter().map(|set| TupleTimes::new(&pattern, set)).collect();
         stats.primitives = scene.primitives.len() as u64;
         stats.patches = patches.patches.len() as u64;
         stats.edges = edges.edges.len() as u64;
@@ -94,8 +104,9 @@ impl<'a> FrameData<'a> {
             camera,
             patches,
             edges,
-            shading_rate,
+            fineness,
             pattern,
+            times,
             filter,
         }
     }
@@ -110,9 +121,33 @@ impl<'a> FrameData<'a> {
             rate_scale: self.settings.shading_rate_scale,
             grid_size: self.settings.grid_size,
             eye_splits: self.settings.eye_splits as u8,
-            shading_rate: &self.shading_rate,
+            fineness: &self.fineness,
             sabotage: None,
         }
+    }
+
+    /// What drawing reads.
+    pub fn draw_context(&self) -> DrawContext<'_> {
+        DrawContext {
+            camera: &self.camera,
+            pattern: &self.pattern,
+            times: &self.times,
+            rasterizer: self.settings.rasterizer,
+        }
+    }
+
+    /// Whether anything moves or is out of focus.
+    pub fn is_blurred(&self) -> bool {
+        self.camera.lens.is_some() || self.patches.times.any_moves()
+    }
+
+    /// How many tiles a piece of a patch meets.
+    pub fn num_touched(&self, patch: u32, bounds: &Bound) -> u32 {
+        self.tiles.touched(self.key_times(patch), bounds).count() as u32
+    }
+
+    fn key_times(&self, patch: u32) -> &[f32] {
+        &self.patches.times.sets[self.patches.patches[patch as usize].motion as usize]
     }
 
     /// What dicing reads.
@@ -129,11 +164,11 @@ impl<'a> FrameData<'a> {
         let region = self.tiles.sample_region(self.tiles.window);
         let num_patches = self.patches.patches.len() as u32;
         const CHUNK: u32 = 64;
-        let chunks: Vec<(Vec<Entry>, Vec<Piece>, Stats)> = (0..num_patches.div_ceil(CHUNK))
+        let chunks: Vec<(Filed, Stats)> = (0..num_patches.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
                 let watch = Stopwatch::new(hooks);
-                let mut filed = (Vec::new(), Vec::new(), Stats::default());
+                let mut filed = (Filed::default(), Stats::default());
                 let context = self.context();
                 for patch in chunk * CHUNK..num_patches.min((chunk + 1) * CHUNK) {
                     if hooks.is_cancelled() {
@@ -141,7 +176,7 @@ impl<'a> FrameData<'a> {
                     }
                     self.file_patch(&context, patch, region, &mut filed);
                 }
-                filed.2.seconds.split += watch.seconds();
+                filed.1.seconds.split += watch.seconds();
                 filed
             })
             .collect();
@@ -149,10 +184,11 @@ impl<'a> FrameData<'a> {
             return None;
         }
         let mut filed = Filed::default();
-        for (entries, pieces, chunk_stats) in chunks {
-            let first_piece = filed.pieces.len() as u32;
-            filed.pieces.extend(pieces);
-            filed.entries.extend(entries.into_iter().map(|entry| Entry {
+        for (chunk, chunk_stats) in chunks {
+            let (first_piece, first_entry) = (filed.pieces.len() as u32, filed.entries.len() as u32);
+            filed.pieces.extend(chunk.pieces);
+            filed.touches.extend(chunk.touches.into_iter().map(|(tile, entry)| (tile, entry + first_entry)));
+            filed.entries.extend(chunk.entries.into_iter().map(|entry| Entry {
                 source: match entry.source {
                     Source::Piece(ix) => Source::Piece(ix + first_piece),
                     whole => whole,
@@ -161,7 +197,7 @@ impl<'a> FrameData<'a> {
             }));
             stats.add(&chunk_stats);
         }
-        filed.sort_into(&self.tiles);
+        filed.sort_into(self.tiles.len());
         Some(filed)
     }
 
@@ -170,17 +206,18 @@ impl<'a> FrameData<'a> {
         context: &SplitContext,
         patch: u32,
         region: Region,
-        filed: &mut (Vec<Entry>, Vec<Piece>, Stats),
+        (filed, stats): &mut (Filed, Stats),
     ) {
-        let (entries, pieces, stats) = filed;
-        let limit = self.tiles.side as i32;
+        let Filed { entries, pieces, touches, .. } = filed;
+        let limit = self.tiles.side as f32;
         let mut stack = vec![context.whole(patch)];
-        let (first_entry, first_piece) = (entries.len(), pieces.len());
+        let (first_entry, first_piece, first_touch) = (entries.len(), pieces.len(), touches.len());
         let mut at_eye = 0;
         while let Some(piece) = stack.pop() {
             if at_eye > MOST_AT_EYE {
                 entries.truncate(first_entry);
                 pieces.truncate(first_piece);
+                touches.truncate(first_touch);
                 let ix = self.patches.patches[patch as usize].primitive as usize;
                 let name = self.scene.primitives[ix].attributes.object_name(ix);
                 stats.warnings.push(format!(
@@ -189,12 +226,16 @@ impl<'a> FrameData<'a> {
                 ));
                 return;
             }
-            let Some(Bound { pixels, depth, crosses }) = count_unseen(bound(context, &piece, &region), stats)
-            else {
+            let Some(bounds) = count_unseen(bound(context, &piece, &region), stats) else {
                 continue;
             };
-            at_eye += u32::from(crosses);
-            let small = pixels[1] - pixels[0] < limit && pixels[3] - pixels[2] < limit;
+            at_eye += u32::from(bounds.crosses);
+            // Neither motion nor defocus is a reason to split.
+            let size_px = match bounds.crosses {
+                true => [0, 2].map(|axis| (bounds.pixels[axis + 1] - bounds.pixels[axis]) as f32),
+                false => bounds.size_px,
+            };
+            let small = size_px.iter().all(|&size| size < limit);
             if !small && let Fate::Split(halves) = context.fate(&piece) {
                 stats.splits += 1;
                 stack.extend(halves);
@@ -206,7 +247,10 @@ impl<'a> FrameData<'a> {
                 pieces.push(piece);
                 Source::Piece(pieces.len() as u32 - 1)
             };
-            entries.push(Entry { source, pixels, near: depth[0] });
+            let entry = entries.len() as u32;
+            let tiles = self.tiles.touched(self.key_times(patch), &bounds);
+            touches.extend(tiles.map(|tile| (tile as u32, entry)));
+            entries.push(Entry { source, near: bounds.depth[0] });
         }
     }
 }
@@ -239,7 +283,6 @@ pub(super) enum Source {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry {
     pub source: Source,
-    pixels: [i32; 4],
     pub near: f32,
 }
 
@@ -248,6 +291,8 @@ pub(super) struct Entry {
 pub(super) struct Filed {
     entries: Vec<Entry>,
     pub pieces: Vec<Piece>,
+    /// Tiles and the entries that touch them.
+    touches: Vec<(u32, u32)>,
     /// Where each tile's list starts; one more than tiles.
     starts: Vec<usize>,
     /// Indices into `entries`.
@@ -256,21 +301,18 @@ pub(super) struct Filed {
 
 impl Filed {
     /// Count, prefix sum, write.
-    fn sort_into(&mut self, tiles: &Tiles) {
-        let mut counts = vec![0usize; tiles.len() + 1];
-        for entry in &self.entries {
-            tiles.touched(entry.pixels).for_each(|tile| counts[tile + 1] += 1);
-        }
-        for tile in 0..tiles.len() {
+    fn sort_into(&mut self, num_tiles: usize) {
+        let touches = std::mem::take(&mut self.touches);
+        let mut counts = vec![0usize; num_tiles + 1];
+        touches.iter().for_each(|&(tile, _)| counts[tile as usize + 1] += 1);
+        for tile in 0..num_tiles {
             counts[tile + 1] += counts[tile];
         }
-        self.lists = vec![0; counts[tiles.len()]];
+        self.lists = vec![0; counts[num_tiles]];
         let mut next = counts.clone();
-        for (ix, entry) in self.entries.iter().enumerate() {
-            for tile in tiles.touched(entry.pixels) {
-                self.lists[next[tile]] = ix as u32;
-                next[tile] += 1;
-            }
+        for (tile, entry) in touches {
+            self.lists[next[tile as usize]] = entry;
+            next[tile as usize] += 1;
         }
         self.starts = counts;
     }
@@ -343,16 +385,75 @@ impl Tiles {
         ]
     }
 
-    fn touched(&self, pixels: [i32; 4]) -> impl Iterator<Item = usize> + use<> {
-        let [columns, rows] = self.range(pixels);
-        let width = self.columns;
-        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+    /// Tiles in which something that is bounded may be seen.
+    fn touched(&self, key_times: &[f32], bounds: &Bound) -> impl Iterator<Item = usize> {
+        let [columns, rows] = self.range(bounds.pixels);
+        let all = rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column));
+        all.filter(move |&tile| {
+            let Region { x0, x1, y0, y1 } = self.sample_region(self.interior(tile));
+            let rectangle = [x0, x1, y0, y1].map(|px| px as f32);
+            key_times.len() == 1 || bounds.sweep.meets(key_times, rectangle).is_some()
+        })
     }
+}
 
-    /// How many tiles a box of pixels meets.
-    pub fn num_touched(&self, pixels: [i32; 4]) -> u32 {
-        let [columns, rows] = self.range(pixels);
-        (columns.len() * rows.len()) as u32
+/// How finely a primitive is diced.
+fn fineness(primitive: &Primitive, settings: &Settings) -> Fineness {
+    let attributes = &primitive.attributes;
+    Fineness {
+        shading_rate: attributes.shading_rate,
+        motion_factor: settings.motion_factor.unwrap_or(attributes.motion_factor),
+        focus_factor: settings.focus_factor.unwrap_or(attributes.focus_factor),
+    }
+}
+
+/// Patchifies and connects: first where everything is as the shutter opens, which tells what may be welded and so has
+/// one set of key times; then at these times, which tells what stays welded; then at as many more times as curved
+/// paths need.
+fn connected(
+    scene: &Scene,
+    camera: &RasterCamera,
+    settings: &Settings,
+    fineness: &[Fineness],
+) -> (PatchTable, EdgeTable, Vec<String>) {
+    let (mut patches, mut warnings) = patchify(scene, &KeyTimes::still(scene));
+    let mut edges = connect(&mut patches, fineness);
+    let times = KeyTimes::of_file(scene, &welded(scene, &patches, &edges));
+    if scene.camera.lens.is_some() && !camera.perspective {
+        warnings.push("an orthographic camera has no lens: everything is in focus".to_owned());
+    }
+    if !times.any_moves() {
+        return (patches, edges, warnings);
+    }
+    (patches, _) = patchify(scene, &times);
+    edges = connect(&mut patches, fineness);
+    let welded = welded(scene, &patches, &edges);
+    let (times, coarse) = KeyTimes::of_file(scene, &welded).refined(scene, camera, settings, &welded);
+    for (primitive, error) in coarse {
+        let name = scene.primitives[primitive as usize].attributes.object_name(primitive as usize);
+        warnings.push(format!(
+            "{name}: its path is so curved that it is drawn up to {error} pixels off; more key times would help"
+        ));
+    }
+    let (mut patches, more) = patchify(scene, &times);
+    let edges = connect(&mut patches, fineness);
+    warnings.extend(more.into_iter().filter(|warning| !warnings.contains(warning)).collect::<Vec<_>>());
+    (patches, edges, warnings)
+}
+
+fn lens_shape(scene: &Scene) -> LensShape {
+    match scene.camera.lens {
+        Some(lens) if lens.blades >= 3 => {
+            LensShape::Blades { num: lens.blades, rotation: f64::from(lens.blade_angle) / 360.0 }
+        }
+        _ => LensShape::Round,
+    }
+}
+
+fn shutter_shape(scene: &Scene) -> ShutterShape {
+    match scene.camera.shutter_opening.map(f64::from) {
+        [0.0, 1.0] => ShutterShape::Box,
+        [open, close] => ShutterShape::Trapezoid { open, close },
     }
 }
 

@@ -17,6 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::error::Error;
 use crate::image::Image;
 use crate::pipeline::displace::Corrections;
+use crate::sampling::Rasterizer;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::stats::Stats;
@@ -142,6 +143,16 @@ impl Renderer {
         let watch = Stopwatch::new(hooks);
         let data = frame::FrameData::new(scene, &self.settings, &mut stats);
         stats.seconds.connect = watch.seconds();
+        if self.settings.rasterizer == Rasterizer::NoMotion && data.is_blurred() {
+            return Err(Error::Setting {
+                what: "rasterizer",
+                found: "NoMotion".to_owned(),
+                expected:
+                    "one for motion and defocus (Auto, Interval, InterleaveUvt, BoundingBox or Simple), as \
+                           something in the scene moves or the camera has a lens"
+                        .to_owned(),
+            });
+        }
         hooks.report("split", 0, 1);
         let filed = data.file(hooks, &mut stats).ok_or(Error::Cancelled)?;
         hooks.report("split", 1, 1);

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::pipeline::bound::bound;
+use crate::pipeline::bound::{Bound, bound};
 use crate::pipeline::dice::dice;
 use crate::pipeline::displace::Corrections;
 use crate::pipeline::piece::{Piece, PieceKind};
@@ -143,7 +143,7 @@ impl<'a> TileWorker<'a> {
             self.buffers.transparent.begin_pass();
             self.pass(tile, region)?;
             let watch = Stopwatch::new(self.hooks);
-            composite_pass(&self.frame.camera, &mut self.buffers, &mut self.colors);
+            composite_pass(&self.frame.draw_context(), &mut self.buffers, &mut self.colors);
             self.stats.seconds.resolve += watch.seconds();
             if !self.buffers.transparent.needs_another_pass() {
                 break;
@@ -151,7 +151,7 @@ impl<'a> TileWorker<'a> {
             self.stats.peels += 1;
         }
         let watch = Stopwatch::new(self.hooks);
-        composite_opaque(&self.frame.camera, &self.buffers, &mut self.colors);
+        composite_opaque(&self.frame.draw_context(), &self.buffers, &mut self.colors);
         self.stats.seconds.resolve += watch.seconds();
         let counts = self.buffers.counts;
         self.stats.sample_tests += counts.tests;
@@ -201,9 +201,9 @@ impl<'a> TileWorker<'a> {
                 }
                 Fate::Dice(piece) => {
                     self.stats.seconds.split += watch.seconds();
-                    let grid = self.grid(&piece, bounds.pixels);
+                    let grid = self.grid(&piece, &bounds);
                     let watch = Stopwatch::new(self.hooks);
-                    self.buffers.draw(&frame.camera, &grid).map_err(|_| Stop::SlotsFull)?;
+                    self.buffers.draw(&frame.draw_context(), &grid).map_err(|_| Stop::SlotsFull)?;
                     self.stats.seconds.sample += watch.seconds();
                     drawn += 1;
                     if drawn % DRAWN_BETWEEN_CLEANUPS == 0 {
@@ -216,7 +216,7 @@ impl<'a> TileWorker<'a> {
     }
 
     /// The grid of a piece, made here or by another tile.
-    fn grid(&mut self, piece: &Piece, pixels: [i32; 4]) -> Arc<Grid> {
+    fn grid(&mut self, piece: &Piece, bounds: &Bound) -> Arc<Grid> {
         let PieceKind::Lattice { i, j, .. } = piece.kind else {
             unreachable!("only pieces with a lattice are diced");
         };
@@ -224,8 +224,9 @@ impl<'a> TileWorker<'a> {
         let key =
             GridKey { primitive: patch.primitive, patch: piece.patch, path: piece.path, block: [i[0], j[0]] };
         let num_vertices = (u64::from(i[1] - i[0]) + 1) * (u64::from(j[1] - j[0]) + 1);
-        let bytes = num_vertices * 36 + size_of::<Grid>() as u64;
-        match self.cache.look_up(&key, self.frame.tiles.num_touched(pixels), bytes) {
+        let num_keys = self.frame.patches.num_keys(piece.patch) as u64;
+        let bytes = num_vertices * (24 + 16 * num_keys) + size_of::<Grid>() as u64;
+        match self.cache.look_up(&key, self.frame.num_touched(piece.patch, bounds), bytes) {
             Lookup::Shared(shared) => Arc::clone(shared.get_or_init(|| self.make(piece))),
             Lookup::Alone { again } => {
                 self.stats.grids_again += u64::from(again);

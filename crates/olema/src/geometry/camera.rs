@@ -1,7 +1,9 @@
 //! Camera space to raster space.
 //!
 //! In: points in camera space. Out: raster positions in pixels (y down), or in fixed point with 8 fractional
-//! bits. Source: sampling rules of this project (ARCHITECTURE.md, "Samples and positions").
+//! bits. Sources: sampling rules of this project
+//! (ARCHITECTURE.md, "Samples and positions"); the circle of confusion of a thin lens is Potmesil and
+//! Chakravarty 1981.
 
 use glam::Vec3;
 
@@ -27,6 +29,28 @@ pub struct RasterCamera {
     pub near: f32,
     /// Farthest depth drawn; may be infinite.
     pub far: f32,
+    /// The lens; `None` where all is in focus.
+    pub lens: Option<RasterLens>,
+}
+
+/// A thin lens bound to a resolution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RasterLens {
+    /// Radius of the circle of confusion of what is infinitely far behind the focus, times the depth in focus:
+    /// the lens radius in camera units times the larger scale.
+    pub radius: f32,
+    /// Depth in focus.
+    pub focus: f32,
+}
+
+impl RasterLens {
+    /// Signed radius of the circle of confusion at depth `z` above 0, in pixels, above 0 behind the focus.
+    ///
+    /// A point seen from the place (u, v) of the lens, -1 to 1, moves by (u c, v c) on the raster.
+    #[inline(always)]
+    pub fn coc_px(&self, z: f32) -> f32 {
+        self.radius * (1.0 / self.focus - 1.0 / z)
+    }
 }
 
 impl RasterCamera {
@@ -47,9 +71,15 @@ impl RasterCamera {
             Projection::Orthographic => (false, 1.0),
         };
         let (x, y) = (width / (right - left), height / (top - bottom));
+        let scale = [(x * zoom) as f32, (y * zoom) as f32];
+        let lens = camera.lens.filter(|_| perspective).map(|lens| RasterLens {
+            radius: lens.focal_length / (2.0 * lens.fstop) * scale[0].abs().max(scale[1].abs()),
+            focus: lens.focal_distance,
+        });
         RasterCamera {
             perspective,
-            scale: [(x * zoom) as f32, (y * zoom) as f32],
+            scale,
+            lens: lens.filter(|lens| lens.radius > 0.0 && lens.radius.is_finite()),
             center: [(-left * x) as f32, (top * y) as f32],
             near: camera.clipping[0],
             far: camera.clipping[1],
@@ -74,7 +104,30 @@ impl RasterCamera {
         if !(x.abs() <= GUARD_BAND_PX && y.abs() <= GUARD_BAND_PX) {
             return None;
         }
+        if self.lens.is_some_and(|lens| lens.coc_px(p.z).abs() > GUARD_BAND_PX) {
+            return None;
+        }
         Some([to_fixed(x), to_fixed(y)])
+    }
+
+    /// Signed radius of the circle of confusion at depth `z` above 0, in 1/256 pixels, at most [`GUARD_BAND_PX`];
+    /// 0 without a lens.
+    #[inline(always)]
+    pub fn coc(&self, z: f32) -> i32 {
+        self.lens.map_or(0, |lens| to_fixed(lens.coc_px(z).clamp(-GUARD_BAND_PX, GUARD_BAND_PX)))
+    }
+
+    /// Largest radius of the circles of confusion between two depths, in pixels, as far as these are above 0.
+    pub fn greatest_coc_px(&self, depth: [f32; 2]) -> f32 {
+        // The radius is monotone in the depth.
+        let of = |lens: RasterLens| depth.map(|z| lens.coc_px(z.max(f32::MIN_POSITIVE)).abs());
+        self.lens.map_or(0.0, |lens| of(lens)[0].max(of(lens)[1]))
+    }
+
+    /// Sizes of the circles of confusion along x and y, of which the larger is 1.
+    pub fn lens_scale(&self) -> [f64; 2] {
+        let [x, y] = self.scale.map(|s| f64::from(s.abs()));
+        [x / x.max(y), y / x.max(y)]
     }
 
     /// Unit direction-like vector from the eye to `p`: the shading variable I.

@@ -9,6 +9,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::geometry::camera::{GUARD_BAND_PX, RasterCamera, SUBPIXELS};
+use crate::sampling::moving::scaled;
 
 /// A vertex of a clipped triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,8 +47,14 @@ struct Vertex {
     fixed: Option<[i32; 2]>,
 }
 
-/// Clips the triangle `p`; `fixed` holds the raster positions of the vertices that are not slow.
-pub fn clip_triangle(camera: &RasterCamera, p: [Vec3; 3], fixed: [Option<[i32; 2]>; 3]) -> Clipped {
+/// Clips the triangle `p`; `fixed` holds the raster positions of the vertices that are not slow, as they are seen
+/// from the place `lens` (times 32768) of the lens.
+pub fn clip_triangle(
+    camera: &RasterCamera,
+    p: [Vec3; 3],
+    fixed: [Option<[i32; 2]>; 3],
+    lens: [i16; 2],
+) -> Clipped {
     let mut polygon = Polygon { vertices: [ZERO; MAX_VERTICES], len: 0 };
     for ix in 0..3 {
         let weights = DVec3::AXES[ix];
@@ -60,7 +67,7 @@ pub fn clip_triangle(camera: &RasterCamera, p: [Vec3; 3], fixed: [Option<[i32; 2
     let mut clipped = Clipped { vertices: [empty; MAX_VERTICES], len: polygon.len };
     for (out, v) in clipped.vertices.iter_mut().zip(&polygon.vertices[..polygon.len]) {
         *out = ClippedVertex {
-            raster: v.fixed.unwrap_or_else(|| project(camera, v.p)),
+            raster: v.fixed.unwrap_or_else(|| project(camera, v.p, lens)),
             depth: v.p.z as f32,
             weights: v.weights.as_vec3().to_array(),
         };
@@ -88,13 +95,15 @@ fn planes(camera: &RasterCamera) -> [(DVec3, f64); 6] {
     ]
 }
 
-fn project(camera: &RasterCamera, p: DVec3) -> [i32; 2] {
+fn project(camera: &RasterCamera, p: DVec3, lens: [i16; 2]) -> [i32; 2] {
     let inverse = if camera.perspective { 1.0 / p.z } else { 1.0 };
     let x = p.x * inverse * f64::from(camera.scale[0]) + f64::from(camera.center[0]);
     let y = f64::from(camera.center[1]) - p.y * inverse * f64::from(camera.scale[1]);
     // Rounding may put a cut point just beyond the guard band.
     let guard = f64::from(GUARD_BAND_PX) * 1.5;
-    [x, y].map(|px| (px.clamp(-guard, guard) * f64::from(SUBPIXELS)).round_ties_even() as i32)
+    let [x, y] = [x, y].map(|px| (px.clamp(-guard, guard) * f64::from(SUBPIXELS)).round_ties_even() as i32);
+    let coc = camera.coc(p.z as f32);
+    [x + scaled(lens[0], coc), y + scaled(lens[1], coc)]
 }
 
 struct Polygon {
@@ -113,7 +122,10 @@ impl Polygon {
 
     fn clip(&self, (normal, offset): (DVec3, f64)) -> Polygon {
         let mut kept = Polygon { vertices: [ZERO; MAX_VERTICES], len: 0 };
-        let distance = |v: &Vertex| normal.dot(v.p) + offset;
+        // A vertex that is not slow is inside, whatever rounding says.
+        let distance = |v: &Vertex| {
+            if v.fixed.is_some() { (normal.dot(v.p) + offset).max(0.0) } else { normal.dot(v.p) + offset }
+        };
         for ix in 0..self.len {
             let (a, b) = (&self.vertices[ix], &self.vertices[(ix + 1) % self.len]);
             let (da, db) = (distance(a), distance(b));
@@ -153,8 +165,8 @@ mod tests {
         let camera = camera(0.1);
         let (a, b) = (Vec3::new(0.3, 0.1, 2.0), Vec3::new(-0.7, 0.4, -1.0));
         let (c, d) = (Vec3::new(1.0, 1.0, 2.0), Vec3::new(-1.0, -1.0, 2.0));
-        let one = clip_triangle(&camera, [a, b, c], [camera.fixed(a), None, camera.fixed(c)]);
-        let two = clip_triangle(&camera, [b, a, d], [None, camera.fixed(a), camera.fixed(d)]);
+        let one = clip_triangle(&camera, [a, b, c], [camera.fixed(a), None, camera.fixed(c)], [0; 2]);
+        let two = clip_triangle(&camera, [b, a, d], [None, camera.fixed(a), camera.fixed(d)], [0; 2]);
         let cut = |clipped: &Clipped| -> Vec<[i32; 2]> {
             clipped.vertices[..clipped.len].iter().filter(|v| v.depth == 0.1).map(|v| v.raster).collect()
         };
@@ -167,14 +179,14 @@ mod tests {
     fn a_triangle_behind_the_eye_vanishes() {
         let camera = camera(0.1);
         let p = [Vec3::new(0.0, 0.0, -1.0), Vec3::new(1.0, 0.0, -1.0), Vec3::new(0.0, 1.0, -3.0)];
-        assert_eq!(clip_triangle(&camera, p, [None; 3]).triangles().count(), 0);
+        assert_eq!(clip_triangle(&camera, p, [None; 3], [0; 2]).triangles().count(), 0);
     }
 
     #[test]
     fn a_vertex_at_the_eye_stays_within_the_guard_band() {
         let camera = camera(1e-10);
         let p = [Vec3::new(0.0, 0.0, 5.0), Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, -1e-12)];
-        let clipped = clip_triangle(&camera, p, [camera.fixed(p[0]), None, None]);
+        let clipped = clip_triangle(&camera, p, [camera.fixed(p[0]), None, None], [0; 2]);
         assert!(clipped.triangles().count() > 0);
         for v in clipped.triangles().flatten() {
             assert!(v.raster.iter().all(|c| c.abs() < 1 << 29), "{v:?}");

@@ -16,7 +16,8 @@ use crate::geometry::Aabb;
 use crate::geometry::subdivision::{BaseQuad, CornerId, Piece};
 
 use super::patch::{Patch, PatchTable, SIDE_CORNERS, Shape};
-use super::weld::Welder;
+use super::rate::Fineness;
+use super::weld::KeyedWelder;
 
 /// Points closer than this times the smaller patch's diagonal are one point.
 pub const WELD_TOLERANCE: f32 = 1e-5;
@@ -99,8 +100,8 @@ pub struct Edge {
     pub corners: [u32; 2],
     /// The corner at its middle, where it is halved.
     pub middle: u32,
-    /// Finest shading rate of its patches (pixels of area).
-    pub shading_rate: f32,
+    /// Finest of its patches.
+    pub fineness: Fineness,
 }
 
 /// A corner, owned by one patch.
@@ -199,7 +200,8 @@ impl EdgeTable {
         self.corner_users.get(corner)
     }
 
-    fn corner(&mut self, known: Option<u32>, owner: u32, corner: usize, shading_rate: f32) -> u32 {
+    fn corner(&mut self, known: Option<u32>, owner: u32, corner: usize, fineness: Fineness) -> u32 {
+        let shading_rate = fineness.shading_rate;
         match known {
             Some(ix) => {
                 let corner = &mut self.corners[ix as usize];
@@ -213,18 +215,18 @@ impl EdgeTable {
         }
     }
 
-    fn use_edge(&mut self, edge: u32, shading_rate: f32) {
+    fn use_edge(&mut self, edge: u32, fineness: Fineness) {
         let edge = &mut self.edges[edge as usize];
         edge.users += 1;
-        edge.shading_rate = edge.shading_rate.min(shading_rate);
+        edge.fineness = edge.fineness.finest(fineness);
     }
 }
 
-/// Connects all patches of `table`; `shading_rate[primitive]` is each primitive's rate. Patches with control
-/// points are welded by what these are, base quads of a mesh by its topology.
-pub fn connect(table: &mut PatchTable, shading_rate: &[f32]) -> EdgeTable {
+/// Connects all patches of `table`; `fineness[primitive]` is each primitive's. Patches with control points are
+/// welded by what these are at all keys, base quads of a mesh by its topology.
+pub fn connect(table: &mut PatchTable, fineness: &[Fineness]) -> EdgeTable {
     let mut edges = EdgeTable::default();
-    let rate_of = |primitive: u32| shading_rate[primitive as usize];
+    let rate_of = |primitive: u32| fineness[primitive as usize];
     let mut by_points = ByPoints::new(table);
     let mut by_topology = ByTopology::default();
     for ix in 0..table.patches.len() {
@@ -262,7 +264,7 @@ impl ByTopology {
         limit: u32,
         quad: &BaseQuad,
         patch: u32,
-        rate: f32,
+        rate: Fineness,
     ) -> ([u32; 4], [EdgeUse; 4]) {
         // A base quad's corners go round; a patch's are (0,0), (1,0), (0,1), (1,1).
         let ids = [quad.corners[0], quad.corners[1], quad.corners[3], quad.corners[2]];
@@ -293,7 +295,7 @@ impl ByTopology {
                     users: 0,
                     corners: [u32::MAX; 2],
                     middle: u32::MAX,
-                    shading_rate: rate,
+                    fineness: rate,
                 });
                 table.edges.len() as u32 - 1
             });
@@ -320,9 +322,9 @@ impl ByTopology {
 /// Corners and edges of the patches connected so far, by their control points.
 struct ByPoints {
     curves: Curves,
-    corners: Welder,
-    corner_of_weld: Vec<u32>,
-    middles: Welder,
+    corners: KeyedWelder,
+    corner_of_weld: HashMap<u32, u32>,
+    middles: KeyedWelder,
     /// Edges by their ends and middle.
     edges: HashMap<(u32, u32, u32), Vec<u32>>,
 }
@@ -331,35 +333,41 @@ impl ByPoints {
     fn new(table: &PatchTable) -> Self {
         let curves = Curves::new(table);
         ByPoints {
-            corners: Welder::new(curves.tolerances()),
-            corner_of_weld: Vec::new(),
-            middles: Welder::new(curves.tolerances()),
+            corners: KeyedWelder::new(curves.tolerances()),
+            corner_of_weld: HashMap::new(),
+            middles: KeyedWelder::new(curves.tolerances()),
             edges: HashMap::new(),
             curves,
         }
     }
 
-    fn connect(&mut self, table: &mut EdgeTable, patch: u32, rate: f32) -> ([u32; 4], [EdgeUse; 4]) {
+    fn connect(&mut self, table: &mut EdgeTable, patch: u32, rate: Fineness) -> ([u32; 4], [EdgeUse; 4]) {
         let tolerance = self.curves.tolerance[patch as usize];
-        let ends = self.curves.ends(patch);
+        let motion = self.curves.motion[patch as usize];
+        let keys = self.curves.of(patch);
         let corners: [u32; 4] = std::array::from_fn(|corner| {
-            let weld = self.corners.weld(project(ends[corner]), tolerance) as usize;
-            let ix = table.corner(self.corner_of_weld.get(weld).copied(), patch, corner, rate);
-            if weld == self.corner_of_weld.len() {
-                self.corner_of_weld.push(ix);
-            }
+            let places = keys.iter().map(|sides| project(end_of(sides, corner)));
+            let weld = self.corners.weld(motion, places, tolerance);
+            let ix = table.corner(self.corner_of_weld.get(&weld).copied(), patch, corner, rate);
+            self.corner_of_weld.insert(weld, ix);
             ix
         });
         let uses = std::array::from_fn(|side| {
-            let curve = self.curves.sides[patch as usize][side];
             let [from, to] = SIDE_CORNERS[side].map(|c| corners[c]);
-            let middle = self.middles.weld(curve_middle(&curve), tolerance);
+            let places = keys.iter().map(|sides| curve_middle(&sides[side]));
+            let middle = self.middles.weld(motion, places, tolerance);
             let known = self.edges.entry((from.min(to), from.max(to), middle)).or_default();
             let matched = known.iter().find_map(|&ix| {
                 let owner = table.edges[ix as usize].owners[0];
-                let owner_curve = &self.curves.sides[owner.patch as usize][owner.side as usize];
                 let tolerance = tolerance.min(self.curves.tolerance[owner.patch as usize]);
-                same_curve(&curve, owner_curve, tolerance).map(|reversed| (ix, reversed))
+                let owner_keys = self.curves.of(owner.patch);
+                let mut agree = keys
+                    .iter()
+                    .zip(owner_keys)
+                    .map(|(sides, owners)| same_curve(&sides[side], &owners[owner.side as usize], tolerance));
+                let reversed = agree.next()??;
+                (keys.len() == owner_keys.len() && agree.all(|other| other == Some(reversed)))
+                    .then_some((ix, reversed))
             });
             let (edge, reversed) = matched.unwrap_or_else(|| {
                 let along = Along::default();
@@ -369,7 +377,7 @@ impl ByPoints {
                     users: 0,
                     corners: [from, to],
                     middle: u32::MAX,
-                    shading_rate: rate,
+                    fineness: rate,
                 });
                 known.push(table.edges.len() as u32 - 1);
                 (table.edges.len() as u32 - 1, false)
@@ -381,25 +389,35 @@ impl ByPoints {
     }
 }
 
-/// Side curves of all patches at the first key, and how close is equal.
+/// The curves of a patch's sides at one key.
+type Sides = [[Vec4; 4]; 4];
+
+/// Side curves of all patches at all keys, and how close is equal.
 struct Curves {
-    sides: Vec<[[Vec4; 4]; 4]>,
+    sides: Vec<Sides>,
+    /// The first of each patch; one more than patches.
+    starts: Vec<usize>,
     tolerance: Vec<f32>,
+    motion: Vec<u32>,
 }
 
 impl Curves {
     fn new(table: &PatchTable) -> Self {
-        let mut curves = Curves { sides: Vec::new(), tolerance: Vec::new() };
-        for patch in &table.patches {
-            let Some(surface) = table.control_surface(patch, 0) else {
-                curves.sides.push([[Vec4::ZERO; 4]; 4]);
-                curves.tolerance.push(0.0);
-                continue;
-            };
+        let mut curves =
+            Curves { sides: Vec::new(), starts: vec![0], tolerance: Vec::new(), motion: Vec::new() };
+        for (ix, patch) in table.patches.iter().enumerate() {
             let mut bounds = Aabb::EMPTY;
-            surface.hull([0.0, 1.0], [0.0, 1.0], |p| bounds.include(p));
-            curves.sides.push(std::array::from_fn(|side| surface.side_curve(side)));
-            curves.tolerance.push(bounds.diagonal() * WELD_TOLERANCE);
+            for key in 0..table.num_keys(ix as u32) {
+                let Some(surface) = table.control_surface(patch, key) else { break };
+                if key == 0 {
+                    surface.hull([0.0, 1.0], [0.0, 1.0], |p| bounds.include(p));
+                }
+                curves.sides.push(std::array::from_fn(|side| surface.side_curve(side)));
+            }
+            let has_points = curves.sides.len() > curves.starts[ix];
+            curves.tolerance.push(if has_points { bounds.diagonal() * WELD_TOLERANCE } else { 0.0 });
+            curves.starts.push(curves.sides.len());
+            curves.motion.push(patch.motion);
         }
         curves
     }
@@ -408,31 +426,37 @@ impl Curves {
         self.tolerance.iter().copied()
     }
 
-    /// Corner points, as [`super::Patch::corners`] counts them.
-    fn ends(&self, patch: u32) -> [Vec4; 4] {
-        let sides = &self.sides[patch as usize];
-        [sides[0][0], sides[0][3], sides[2][0], sides[2][3]]
+    /// The sides of a patch, key after key.
+    fn of(&self, patch: u32) -> &[Sides] {
+        &self.sides[self.starts[patch as usize]..self.starts[patch as usize + 1]]
     }
 
     /// How far the border of the patch as its owners draw it may be from its own.
     fn slack(&self, table: &EdgeTable, patch: &Patch, ix: usize) -> f32 {
-        let mine = &self.sides[ix];
-        let edges_agree = (0..4).all(|side| {
-            let used = patch.edges[side];
-            let owner = table.edges[used.edge as usize].owners[0];
-            let mut curve = self.sides[owner.patch as usize][owner.side as usize];
-            if used.along.reversed {
-                curve.reverse();
-            }
-            curve == mine[side]
-        });
-        let ends = self.ends(ix as u32);
-        let corners_agree = (0..4).all(|c| {
-            let corner = &table.corners[patch.corners[c] as usize];
-            self.ends(corner.owner)[corner.corner as usize] == ends[c]
-        });
-        if edges_agree && corners_agree { 0.0 } else { 2.0 * self.tolerance[ix] }
+        let agrees = |(key, mine): (usize, &Sides)| {
+            let edges_agree = (0..4).all(|side| {
+                let used = patch.edges[side];
+                let owner = table.edges[used.edge as usize].owners[0];
+                let mut curve = self.of(owner.patch)[key][owner.side as usize];
+                if used.along.reversed {
+                    curve.reverse();
+                }
+                curve == mine[side]
+            });
+            let corners_agree = (0..4).all(|c| {
+                let corner = &table.corners[patch.corners[c] as usize];
+                end_of(&self.of(corner.owner)[key], corner.corner as usize) == end_of(mine, c)
+            });
+            edges_agree && corners_agree
+        };
+        let all_agree = self.of(ix as u32).iter().enumerate().all(agrees);
+        if all_agree { 0.0 } else { 2.0 * self.tolerance[ix] }
     }
+}
+
+/// A corner point, counted as [`super::Patch::corners`] counts them.
+fn end_of(sides: &Sides, corner: usize) -> Vec4 {
+    [sides[0][0], sides[0][3], sides[2][0], sides[2][3]][corner]
 }
 
 fn project(p: Vec4) -> Vec3 {

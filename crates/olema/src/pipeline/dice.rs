@@ -8,13 +8,14 @@
 
 use glam::Vec3;
 
-use crate::geometry::RasterCamera;
+use crate::geometry::{RasterCamera, SurfacePoint};
 use crate::math::Vec3s;
-use crate::scene::{Primitive, Scene};
+use crate::scene::{Between, Keyed, Primitive, Scene};
 use crate::shading::{PointVar, ShadingPoints};
 
 use super::displace::{DisplaceContext, Displacer, Query};
-use super::grid::{Grid, GridKey, Look, SlowVertices};
+use super::grid::{Grid, GridKey, Look};
+use super::motion::{placement, placements};
 use super::patch::unit_normal;
 use super::piece::{Piece, PieceKind, Sabotage, Side, quad_uv};
 use super::primvar::{each_variable, texture_coordinates};
@@ -23,8 +24,10 @@ use super::split::SplitContext;
 /// What dicing needs to know of a primitive, the same for all its patches.
 #[derive(Debug, Clone)]
 pub struct PrimitiveInfo {
-    /// Object to camera space.
+    /// Object to camera space at the time of shading.
     pub to_camera: glam::DMat4,
+    /// Motion keys before and after the time of shading, and the part of the way between them.
+    pub shading: Between,
     /// +1 where the shading normal is dPdu x dPdv in camera space, -1 where it is the opposite.
     pub normal_sign: f32,
     /// How micropolygons are drawn.
@@ -35,8 +38,19 @@ pub struct PrimitiveInfo {
 
 impl PrimitiveInfo {
     /// Derives it from the primitive.
-    pub fn new(scene: &Scene, camera: &RasterCamera, primitive: &Primitive) -> Self {
-        let to_camera = scene.camera.world_to_camera.first() * primitive.to_world.first();
+    pub fn new(
+        scene: &Scene,
+        camera: &RasterCamera,
+        primitive: &Primitive,
+        key_times: &[f32],
+        shading_time: f32,
+    ) -> Self {
+        let moves = key_times.len() > 1;
+        let time = if moves { shading_time } else { 0.0 };
+        let to_camera = placement(scene, primitive, time).to_camera;
+        let keys = Keyed { times: key_times.to_vec(), values: vec![(); key_times.len()] };
+        let at_keys: Vec<_> =
+            placements(scene, primitive, key_times).iter().map(|placement| placement.to_camera).collect();
         let attributes = &primitive.attributes;
         let turned = (to_camera.determinant() < 0.0) != attributes.reverse_orientation;
         let mirrored = camera.scale[0] * camera.scale[1] < 0.0;
@@ -47,8 +61,9 @@ impl PrimitiveInfo {
             front_is_positive: turned == mirrored,
             matte: attributes.matte,
         };
-        let displacement = Displacer::new(primitive, to_camera);
-        PrimitiveInfo { to_camera, normal_sign: if turned { -1.0 } else { 1.0 }, look, displacement }
+        let displacement = Displacer::new(primitive, &at_keys);
+        let shading = keys.locate(f64::from(time));
+        PrimitiveInfo { to_camera, shading, normal_sign: if turned { -1.0 } else { 1.0 }, look, displacement }
     }
 }
 
@@ -72,46 +87,57 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
     let info = &infos[patch.primitive as usize];
     let columns = u32::from(i[1] - i[0]);
     let vertices = lattice_vertices(frame, piece, [m, n], i, j);
+    let key =
+        GridKey { primitive: patch.primitive, patch: piece.patch, path: piece.path, block: [i[0], j[0]] };
     let mut grid = Grid {
-        key: GridKey {
-            primitive: patch.primitive,
-            patch: piece.patch,
-            path: piece.path,
-            block: [i[0], j[0]],
-        },
         m: columns,
         n: u32::from(j[1] - j[0]),
-        keys: frame.patches.num_keys as u32,
-        x: Vec::with_capacity(vertices.len() * frame.patches.num_keys),
-        y: Vec::with_capacity(vertices.len() * frame.patches.num_keys),
-        depth: Vec::with_capacity(vertices.len() * frame.patches.num_keys),
-        coc: Vec::new(),
-        slow: None,
-        color: Vec3s::default(),
-        opacity: Vec3s::default(),
-        look: info.look,
-        raster: [i32::MAX, i32::MIN, i32::MAX, i32::MIN],
+        motion: patch.motion,
+        ..Grid::empty(key, info.look, vertices.len() * frame.patches.num_keys(piece.patch))
     };
     let uv: Vec<[f32; 2]> = vertices.iter().map(|v| v.uv).collect();
-    let ring = info.displacement.as_ref().map(|_| Ring::new(context, piece));
-    let mut points = shading_points(frame, piece.patch, &uv, info, ring.as_ref());
-    for key in 0..frame.patches.num_keys {
+    let [from, to] = info.shading.keys;
+    let mut ring: Option<Ring> = None;
+    let mut shaded_at = Vec::new();
+    for key in 0..frame.patches.num_keys(piece.patch) {
+        let is_shaded = key == from || key == to && info.shading.part > 0.0;
+        let of_key = info
+            .displacement
+            .as_ref()
+            .filter(|_| is_shaded)
+            .map(|displacer| (displacer.is_bump, Ring::new(context, piece, key)));
         // A bump shader's ring is where the surface would be, not where it is.
-        let known =
-            ring.as_ref().filter(|_| key == 0 && info.displacement.as_ref().is_some_and(|d| !d.is_bump));
+        let known = of_key.as_ref().filter(|(is_bump, _)| !is_bump).map(|(_, ring)| ring);
         let placed = vertex_positions(context, piece.patch, &vertices, key, known);
-        place(&mut grid, frame.camera, &placed, key);
-        if key == 0 {
-            points.p = collect(placed.iter().copied());
-            points.i = collect(placed.iter().map(|&p| frame.camera.incident(p)));
+        place(&mut grid, frame.camera, &placed);
+        if is_shaded {
+            shaded_at = blend(shaded_at, placed, info.shading.part as f32);
+        }
+        if let Some((_, of_key)) = of_key {
+            ring = Some(match ring {
+                None => of_key,
+                Some(first) => first.blend(of_key, info.shading.part as f32),
+            });
         }
     }
+    grid.close();
+    let mut points = shading_points(frame, piece.patch, &uv, info, ring.as_ref());
+    points.i = collect(shaded_at.iter().map(|&p| frame.camera.incident(p)));
+    points.p = collect(shaded_at.into_iter());
     primitive_variables(frame, piece.patch, &mut points, &uv, primitive, info);
     if let Some(ring) = &ring {
         ring.set_normals(info.normal_sign, &mut points);
     }
     steps(&mut points, columns as usize);
     Diced { grid, points }
+}
+
+/// Vectors part of the way from some to others; the others where there are none before.
+fn blend(from: Vec<Vec3>, to: Vec<Vec3>, part: f32) -> Vec<Vec3> {
+    if from.is_empty() {
+        return to;
+    }
+    from.into_iter().zip(to).map(|(from, to)| from + (to - from) * part).collect()
 }
 
 fn collect(values: impl ExactSizeIterator<Item = Vec3>) -> Vec3s {
@@ -145,8 +171,8 @@ fn vertex_positions(
                 placed[ix] = ring.of_vertex(ix);
                 continue;
             }
-            (None, None) => queries.push(context.inner(patch, vertex.uv)),
-            (Some(point), _) => queries.push(context.border(patch, point, vertex.uv)),
+            (None, None) => queries.push(context.inner(patch, key, vertex.uv)),
+            (Some(point), _) => queries.push(context.border(patch, key, point, vertex.uv)),
         }
         asked.push(ix);
     }
@@ -156,7 +182,7 @@ fn vertex_positions(
     placed
 }
 
-/// A displaced lattice with a ring of ghost vertices around it, at motion key 0: shading normals from it agree
+/// A displaced lattice with a ring of ghost vertices around it, at a motion key or between two: shading normals from it agree
 /// with those of the grid next to it on the same patch.
 struct Ring {
     /// Vertices of a row, ghosts included.
@@ -171,7 +197,7 @@ struct Ring {
 }
 
 impl Ring {
-    fn new(context: &DisplaceContext, piece: &Piece) -> Self {
+    fn new(context: &DisplaceContext, piece: &Piece, key: usize) -> Self {
         let PieceKind::Lattice { m, n, i, j } = piece.kind else {
             unreachable!("only pieces with a lattice are diced");
         };
@@ -185,11 +211,21 @@ impl Ring {
                 let [u, v] = quad_uv(&piece.uv, a, b);
                 // Beyond the patch there is nothing to ask; a rounding beyond it still counts as on it.
                 exists.push([u, v].iter().all(|&c| (-1e-5..=1.0 + 1e-5).contains(&c)));
-                queries.push(context.inner(piece.patch, [u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]));
+                queries.push(context.inner(piece.patch, key, [u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]));
             }
         }
-        let placed = context.positions(&queries, 0, true);
+        let placed = context.positions(&queries, key, true);
         Ring { width, height, queries, placed, exists }
+    }
+
+    /// Part of the way to the ring of the next key.
+    fn blend(mut self, next: Ring, part: f32) -> Ring {
+        for (query, next) in self.queries.iter_mut().zip(&next.queries) {
+            query.at = blend_points(&query.at, &next.at, part);
+            query.normal = (query.normal + (next.normal - query.normal) * part).normalize_or(query.normal);
+        }
+        self.placed = blend(self.placed, next.placed, part);
+        self
     }
 
     /// Place in the ring of vertex `vertex` of the grid.
@@ -265,30 +301,47 @@ fn lattice_vertices(
     vertices
 }
 
-/// Puts one key's vertices on the raster.
-fn place(grid: &mut Grid, camera: &RasterCamera, placed: &[Vec3], key: usize) {
+/// Puts the next key's vertices on the raster.
+fn place(grid: &mut Grid, camera: &RasterCamera, placed: &[Vec3]) {
     for (ix, &p) in placed.iter().enumerate() {
         let fixed = camera.fixed(p);
         if fixed.is_none() {
-            let slow = grid
-                .slow
-                .get_or_insert_with(|| SlowVertices { p: Vec::new(), is_slow: vec![false; placed.len()] });
-            slow.is_slow[ix] = true;
+            grid.slow.is_slow.resize(placed.len(), false);
+            grid.slow.is_slow[ix] = true;
         }
         let [x, y] = fixed.unwrap_or([0, 0]);
-        if fixed.is_some() {
-            let r = &mut grid.raster;
-            *r = [r[0].min(x), r[1].max(x), r[2].min(y), r[3].max(y)];
-        }
         grid.x.push(x);
         grid.y.push(y);
         grid.depth.push(p.z);
+        if camera.lens.is_some() {
+            grid.coc.push(if fixed.is_some() { camera.coc(p.z) } else { 0 });
+        }
     }
-    if let Some(slow) = &mut grid.slow {
-        // A vertex may turn slow at a later key: positions of all keys are kept then.
-        debug_assert_eq!(key, 0, "motion keys are placed together");
-        slow.p.extend_from_slice(placed);
+    grid.keys += 1;
+    // A vertex may turn slow at a later key: positions of all keys are kept until that is known.
+    grid.slow.p.extend_from_slice(placed);
+}
+
+/// A surface point part of the way between two.
+fn blend_points(from: &SurfacePoint, to: &SurfacePoint, part: f32) -> SurfacePoint {
+    let between = |from: Vec3, to: Vec3| from + (to - from) * part;
+    SurfacePoint { p: between(from.p, to.p), du: between(from.du, to.du), dv: between(from.dv, to.dv) }
+}
+
+/// A patch and its unit normal at the time of shading.
+fn shaded_surface(
+    context: &SplitContext,
+    patch: u32,
+    uv: [f32; 2],
+    shading: &Between,
+) -> (SurfacePoint, Vec3) {
+    let [from, to] = shading.keys;
+    let mut at = context.surfaces.evaluate(patch, from, uv);
+    if shading.part > 0.0 {
+        at = blend_points(&at, &context.surfaces.evaluate(patch, to, uv), shading.part as f32);
     }
+    let normal = unit_normal(&at).unwrap_or_else(|| context.surfaces.normal(patch, from, uv));
+    (at, normal)
 }
 
 /// Normals, derivatives and parameters.
@@ -317,8 +370,7 @@ fn shading_points(
                 (query.at, query.normal)
             }
             None => {
-                let at = context.surfaces.evaluate(patch_ix, 0, [u, v]);
-                let normal = unit_normal(&at).unwrap_or_else(|| context.surfaces.normal(patch_ix, [u, v]));
+                let (at, normal) = shaded_surface(context, patch_ix, [u, v], &info.shading);
                 (at, normal * info.normal_sign)
             }
         };

@@ -29,22 +29,29 @@ use super::split::SplitContext;
 #[derive(Debug, Clone)]
 pub struct Displacer {
     shader: Arc<dyn DisplacementShader>,
-    to_camera: DMat4,
-    to_object: DMat4,
+    /// At each motion key.
+    spaces: Vec<Spaces>,
     /// Largest length of an offset that is let through, in object space.
     pub bound: f32,
-    /// The same in camera space.
+    /// The same in camera space, at whichever key it is largest.
     pub bound_cam: f32,
-    /// Object-space length of a camera-space unit, about.
-    shrink: f32,
     /// Only normals follow.
     pub is_bump: bool,
 }
 
+/// Object and camera space at a motion key.
+#[derive(Debug, Clone, Copy)]
+struct Spaces {
+    to_camera: DMat4,
+    to_object: DMat4,
+    /// Object-space length of a camera-space unit, about.
+    shrink: f32,
+}
+
 impl Displacer {
     /// The displacement of `primitive`, if it has one. The bound is the shader's amplitude where it knows it,
-    /// and the smaller of that and the file's where both are given.
-    pub fn new(primitive: &Primitive, to_camera: DMat4) -> Option<Self> {
+    /// and the smaller of that and the file's where both are given. `to_camera` is object to camera space at each key.
+    pub fn new(primitive: &Primitive, to_camera: &[DMat4]) -> Option<Self> {
         let attributes = &primitive.attributes;
         let shader = Arc::clone(attributes.displacement.as_ref()?);
         let given = attributes.displacement_bound;
@@ -53,15 +60,20 @@ impl Displacer {
             Some(known) => known.abs(),
             None => given.max(0.0),
         };
-        let to_object = to_camera.inverse();
-        if !to_object.is_finite() || !bound.is_finite() {
+        let spaces = |&to_camera: &DMat4| {
+            let to_object = to_camera.inverse();
+            let shrink = crate::math::function::pow64(to_object.determinant().abs(), 1.0 / 3.0) as f32;
+            Spaces { to_camera, to_object, shrink }
+        };
+        let spaces: Vec<Spaces> = to_camera.iter().map(spaces).collect();
+        if !spaces.iter().all(|s| s.to_object.is_finite()) || !bound.is_finite() {
             return None;
         }
-        let stretch = largest_stretch(&DMat3::from_mat4(to_camera));
+        let stretch = |m: &DMat4| largest_stretch(&DMat3::from_mat4(*m));
+        let stretch = to_camera.iter().map(stretch).fold(0.0, f64::max);
         let is_bump = shader.is_bump();
         let bound_cam = if is_bump { 0.0 } else { (f64::from(bound) * stretch * 1.0001) as f32 };
-        let shrink = crate::math::function::pow64(to_object.determinant().abs(), 1.0 / 3.0) as f32;
-        Some(Displacer { shader, to_camera, to_object, bound, bound_cam, shrink, is_bump })
+        Some(Displacer { shader, spaces, bound, bound_cam, is_bump })
     }
 }
 
@@ -118,7 +130,7 @@ pub struct Query {
     pub patch: u32,
     /// Where on the patch.
     pub uv: [f32; 2],
-    /// The patch there, at motion key 0.
+    /// The patch there, at the motion key that was asked for.
     pub at: SurfacePoint,
     /// Unit normal of the surface there in camera space, turned by the orientation attribute.
     pub normal: Vec3,
@@ -151,38 +163,38 @@ impl DisplaceContext<'_, '_> {
     }
 
     /// The normal of one patch at (u, v), turned by its orientation.
-    fn own_normal(&self, patch: u32, uv: [f32; 2], at: &SurfacePoint) -> Vec3 {
+    fn own_normal(&self, patch: u32, key: usize, uv: [f32; 2], at: &SurfacePoint) -> Vec3 {
         if self.frame.sabotage == Some(Sabotage::EstimatedNormals) {
-            return self.estimated_normal(patch, uv, at.p);
+            return self.estimated_normal(patch, key, uv, at.p);
         }
-        let normal = unit_normal(at).unwrap_or_else(|| self.frame.surfaces.normal(patch, uv));
+        let normal = unit_normal(at).unwrap_or_else(|| self.frame.surfaces.normal(patch, key, uv));
         normal * self.info(patch).1.normal_sign
     }
 
     /// The normal of the triangle to the next points of the patch, a sixteenth of it away.
-    fn estimated_normal(&self, patch: u32, [u, v]: [f32; 2], p: Vec3) -> Vec3 {
+    fn estimated_normal(&self, patch: u32, key: usize, [u, v]: [f32; 2], p: Vec3) -> Vec3 {
         let step = |c: f32| if c > 0.5 { -1.0 / 16.0 } else { 1.0 / 16.0 };
         let (du, dv) = (step(u), step(v));
-        let along_u = (self.frame.surfaces.evaluate(patch, 0, [u + du, v]).p - p) / du;
-        let along_v = (self.frame.surfaces.evaluate(patch, 0, [u, v + dv]).p - p) / dv;
+        let along_u = (self.frame.surfaces.evaluate(patch, key, [u + du, v]).p - p) / du;
+        let along_v = (self.frame.surfaces.evaluate(patch, key, [u, v + dv]).p - p) / dv;
         along_u.cross(along_v).normalize_or_zero() * self.info(patch).1.normal_sign
     }
 
-    /// A point inside the patch.
-    pub fn inner(&self, patch: u32, uv: [f32; 2]) -> Query {
-        let at = self.frame.surfaces.evaluate(patch, 0, uv);
-        let shading_rate = self.frame.shading_rate[self.info(patch).0 as usize];
-        Query { patch, uv, at, normal: self.own_normal(patch, uv, &at), shading_rate }
+    /// A point inside the patch, at a motion key.
+    pub fn inner(&self, patch: u32, key: usize, uv: [f32; 2]) -> Query {
+        let at = self.frame.surfaces.evaluate(patch, key, uv);
+        let shading_rate = self.frame.fineness[self.info(patch).0 as usize].shading_rate;
+        Query { patch, uv, at, normal: self.own_normal(patch, key, uv, &at), shading_rate }
     }
 
     /// A point of a side: on its owner, with the sum of all normals that meet there. `own_uv` is where it lies on
     /// the patch that asks.
-    pub fn border(&self, patch: u32, point: PointRef, own_uv: [f32; 2]) -> Query {
+    pub fn border(&self, patch: u32, key: usize, point: PointRef, own_uv: [f32; 2]) -> Query {
         let (owner, uv) = self.frame.place(patch, point);
-        let mut query = self.inner(owner, uv);
+        let mut query = self.inner(owner, key, uv);
         let edges = self.frame.edges;
         let sabotage = self.frame.sabotage;
-        let normal_of = |patch: u32, uv: [f32; 2]| self.inner(patch, uv).normal;
+        let normal_of = |patch: u32, uv: [f32; 2]| self.inner(patch, key, uv).normal;
         let sum: Vec3 = match point {
             PointRef::Inside(_) => return query,
             PointRef::Corner(corner) => {
@@ -191,7 +203,7 @@ impl DisplaceContext<'_, '_> {
                 users.map(|user| normal_of(user.patch, CORNER_UV[user.corner as usize])).sum()
             }
             PointRef::Edge { edge, numerator, denominator } => {
-                query.shading_rate = edges.edges[edge as usize].shading_rate;
+                query.shading_rate = edges.edges[edge as usize].fineness.shading_rate;
                 let users =
                     edges.edge_users(edge).iter().filter(|user| user.along.has(numerator, denominator));
                 users
@@ -205,10 +217,10 @@ impl DisplaceContext<'_, '_> {
         };
         let length = sum.length();
         if sabotage == Some(Sabotage::Width) {
-            query.shading_rate = self.frame.shading_rate[self.info(patch).0 as usize];
+            query.shading_rate = self.frame.fineness[self.info(patch).0 as usize].shading_rate;
         }
         if matches!(sabotage, Some(Sabotage::Normal | Sabotage::EstimatedNormals)) {
-            return Query { normal: self.inner(patch, own_uv).normal, ..query };
+            return Query { normal: self.inner(patch, key, own_uv).normal, ..query };
         }
         // Sides that face each other leave nothing: the owner's normal stands then.
         if length > 1e-3 {
@@ -217,14 +229,15 @@ impl DisplaceContext<'_, '_> {
         query
     }
 
-    /// Positions in camera space at motion key `key`, displaced; `bump` says whether by bump shaders too.
+    /// Positions in camera space, displaced, of what was asked for at motion key `key`; `bump` says whether by bump
+    /// shaders too.
     pub fn positions(&self, queries: &[Query], key: usize, bump: bool) -> Vec<Vec3> {
         let mut placed = vec![Vec3::ZERO; queries.len()];
         let mut order: Vec<usize> = (0..queries.len()).collect();
         let primitive = |ix: usize| self.info(queries[ix].patch).0;
         order.sort_by_key(|&ix| (primitive(ix), queries[ix].patch));
         for group in order.chunk_by(|&a, &b| primitive(a) == primitive(b)) {
-            self.displace_group(queries, group, [key, usize::from(bump)], &mut placed);
+            self.displace_group(queries, group, key, bump, &mut placed);
         }
         placed
     }
@@ -234,26 +247,23 @@ impl DisplaceContext<'_, '_> {
         &self,
         queries: &[Query],
         group: &[usize],
-        [key, bump]: [usize; 2],
+        key: usize,
+        bump: bool,
         placed: &mut [Vec3],
     ) {
         let (primitive_ix, info) = self.info(queries[group[0]].patch);
-        let evaluate = |query: &Query| match key {
-            0 => query.at,
-            _ => self.frame.surfaces.evaluate(query.patch, key, query.uv),
-        };
-        let Some(displacer) = info.displacement.as_ref().filter(|d| bump == 1 || !d.is_bump) else {
-            group.iter().for_each(|&ix| placed[ix] = evaluate(&queries[ix]).p);
+        let Some(displacer) = info.displacement.as_ref().filter(|d| bump || !d.is_bump) else {
+            group.iter().for_each(|&ix| placed[ix] = queries[ix].at.p);
             return;
         };
-        let surface: Vec<SurfacePoint> = group.iter().map(|&ix| evaluate(&queries[ix])).collect();
-        let points = self.inputs(queries, group, &surface, displacer);
+        let spaces = &displacer.spaces[key];
+        let points = self.inputs(queries, group, displacer, spaces);
         let mut offset = Vec3s::splat(Vec3::ZERO, group.len());
         displacer.shader.displace(&points, &mut offset);
-        for (slot, (&ix, at)) in group.iter().zip(&surface).enumerate() {
+        for (slot, &ix) in group.iter().enumerate() {
             let offset = self.checked(primitive_ix, displacer, offset.get(slot));
-            let moved = displacer.to_camera.transform_vector3(offset.as_dvec3()).as_vec3();
-            placed[ix] = at.p + moved;
+            let moved = spaces.to_camera.transform_vector3(offset.as_dvec3()).as_vec3();
+            placed[ix] = queries[ix].at.p + moved;
         }
     }
 
@@ -262,8 +272,8 @@ impl DisplaceContext<'_, '_> {
         &self,
         queries: &[Query],
         group: &[usize],
-        surface: &[SurfacePoint],
         displacer: &Displacer,
+        spaces: &Spaces,
     ) -> DisplacementPoints {
         let len = group.len();
         let floats = || Vec::with_capacity(len);
@@ -277,17 +287,17 @@ impl DisplaceContext<'_, '_> {
             width: floats(),
             st_width: floats(),
         };
-        for (&ix, at) in group.iter().zip(surface) {
-            let query = &queries[ix];
+        for query in group.iter().map(|&ix| &queries[ix]) {
+            let at = &query.at;
             let [u0, u1, v0, v1] = self.frame.patches.patches[query.patch as usize].params;
             let width_cam = self.width(at.p, query.shading_rate);
             let scale = (u1 - u0).abs().max((v1 - v0).abs());
             let stretch = at.du.length().max(at.dv.length()).max(f32::MIN_POSITIVE);
-            points.p.push(displacer.to_object.transform_point3(at.p.as_dvec3()).as_vec3());
-            points.n.push(object_normal(displacer, query.normal));
+            points.p.push(spaces.to_object.transform_point3(at.p.as_dvec3()).as_vec3());
+            points.n.push(object_normal(spaces, query.normal));
             points.u.push(u0 + (u1 - u0) * query.uv[0]);
             points.v.push(v0 + (v1 - v0) * query.uv[1]);
-            points.width.push(width_cam * displacer.shrink);
+            points.width.push(width_cam * spaces.shrink);
             points.st_width.push((width_cam / stretch * scale).min(1.0));
         }
         if !displacer.shader.reads_texture_coordinates() {
@@ -333,8 +343,8 @@ impl DisplaceContext<'_, '_> {
 }
 
 /// A camera-space normal as a unit normal of object space.
-fn object_normal(displacer: &Displacer, normal: Vec3) -> Vec3 {
-    let n = displacer.to_camera.transpose().transform_vector3(normal.as_dvec3());
+fn object_normal(spaces: &Spaces, normal: Vec3) -> Vec3 {
+    let n = spaces.to_camera.transpose().transform_vector3(normal.as_dvec3());
     let length = n.length();
     if length > 0.0 && length.is_finite() { (n / length).as_vec3() } else { DVec3::ZERO.as_vec3() }
 }

@@ -5,7 +5,10 @@ use std::cmp::Ordering;
 use glam::Vec3;
 
 use crate::math::Vec3s;
+use crate::sampling::Region;
 use crate::scene::{ShadingInterpolation, Sides};
+
+use super::bound::{ALWAYS, Sweep, TimeRange};
 
 /// Where a grid comes from. Its order is the canonical order that decides between equal depths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -34,6 +37,8 @@ pub struct Grid {
     pub n: u32,
     /// Motion keys, at least 1.
     pub keys: u32,
+    /// Its set of key times, of [`super::motion::KeyTimes::sets`].
+    pub motion: u32,
     /// Raster x in 1/256 pixels, per key and vertex.
     pub x: Vec<i32>,
     /// Raster y, down.
@@ -42,16 +47,16 @@ pub struct Grid {
     pub depth: Vec<f32>,
     /// Signed radius of the circle of confusion in 1/256 pixels; empty without a lens.
     pub coc: Vec<i32>,
-    /// Camera-space positions per key and vertex, kept only where a vertex takes the slow path.
-    pub slow: Option<SlowVertices>,
+    /// Vertices on the slow path.
+    pub slow: SlowVertices,
     /// Colour and opacity of the vertices, once shaded.
     pub color: Vec3s,
     /// Opacity; empty where all of it is 1.
     pub opacity: Vec3s,
     /// How its micropolygons are drawn.
     pub look: Look,
-    /// Raster box of the fast vertices over all keys, `[x0, x1, y0, y1]` in 1/256 pixels, inclusive.
-    pub raster: [i32; 4],
+    /// Where the fast vertices are when, circles of confusion included, in pixels.
+    pub sweep: Sweep,
 }
 
 /// What the samples need to know of a primitive's attributes.
@@ -68,15 +73,79 @@ pub struct Look {
 }
 
 /// Vertices that cannot be placed in fixed point: near the eye plane, outside the guard band.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct SlowVertices {
-    /// Position of every vertex in camera space, per key.
+    /// Position of every vertex in camera space, per key; empty where no vertex is slow.
     pub p: Vec<Vec3>,
-    /// Whether the vertex is slow (at any key).
+    /// Whether the vertex is slow (at any key); empty where none is.
     pub is_slow: Vec<bool>,
 }
 
 impl Grid {
+    /// A grid without vertices, with room for `capacity` of them over all keys.
+    pub fn empty(key: GridKey, look: Look, capacity: usize) -> Self {
+        Grid {
+            key,
+            m: 0,
+            n: 0,
+            keys: 0,
+            motion: 0,
+            x: Vec::with_capacity(capacity),
+            y: Vec::with_capacity(capacity),
+            depth: Vec::with_capacity(capacity),
+            coc: Vec::new(),
+            slow: SlowVertices::default(),
+            color: Vec3s::default(),
+            opacity: Vec3s::default(),
+            look,
+            sweep: Sweep::default(),
+        }
+    }
+
+    /// Once the vertices of all keys are placed: bounds them, and lets go of what is not needed.
+    pub fn close(&mut self) {
+        if self.coc.iter().all(|&coc| coc == 0) {
+            self.coc = Vec::new();
+        }
+        if self.slow.is_slow.is_empty() {
+            self.slow.p = Vec::new();
+        }
+        let num = self.num_vertices();
+        let is_fast = |vertex: usize| !self.slow.is_slow.get(vertex).copied().unwrap_or(false);
+        let boxes = (0..self.keys as usize).map(|key| {
+            let (mut most, mut coc) = ([i32::MAX, i32::MIN, i32::MAX, i32::MIN], 0);
+            for ix in (0..num).filter(|&vertex| is_fast(vertex)).map(|vertex| key * num + vertex) {
+                let (x, y) = (self.x[ix], self.y[ix]);
+                most = [most[0].min(x), most[1].max(x), most[2].min(y), most[3].max(y)];
+                coc = coc.max(self.coc.get(ix).map_or(0, |coc| coc.abs()));
+            }
+            // Each term of a position is rounded; whole pixels in f32 up to the guard band.
+            let grow = coc as f32 / 256.0 + 1.0 / 64.0;
+            let [x0, x1, y0, y1] = most.map(|c| c as f32 / 256.0);
+            [x0 - grow, x1 + grow, y0 - grow, y1 + grow]
+        });
+        self.sweep = Sweep::new(boxes.collect());
+    }
+
+    /// When a sample of `region` can see it; `None` where none can. A grid with slow vertices may be anywhere.
+    pub fn meets(&self, key_times: &[f32], region: Region) -> Option<TimeRange> {
+        if self.has_slow() {
+            return Some(ALWAYS);
+        }
+        let Region { x0, x1, y0, y1 } = region;
+        self.sweep.meets(key_times, [x0, x1, y0, y1].map(|px| px as f32))
+    }
+
+    /// Whether it moves or is out of focus.
+    pub fn is_blurred(&self) -> bool {
+        self.keys > 1 || !self.coc.is_empty()
+    }
+
+    /// Whether any vertex takes the slow path.
+    pub fn has_slow(&self) -> bool {
+        !self.slow.is_slow.is_empty()
+    }
+
     /// Number of vertices.
     pub fn num_vertices(&self) -> usize {
         (self.m as usize + 1) * (self.n as usize + 1)
@@ -98,10 +167,7 @@ impl Grid {
     /// Whether a micropolygon has a vertex on the slow path.
     #[inline(always)]
     pub fn is_slow(&self, micropolygon: usize) -> bool {
-        match &self.slow {
-            None => false,
-            Some(slow) => self.corners(micropolygon).iter().any(|&v| slow.is_slow[v]),
-        }
+        self.has_slow() && self.corners(micropolygon).iter().any(|&v| self.slow.is_slow[v])
     }
 
     /// Whether every vertex is fully opaque.

@@ -14,6 +14,7 @@ pub mod connect;
 pub mod dice;
 pub mod displace;
 pub mod grid;
+pub mod motion;
 pub mod patch;
 pub mod patchify;
 pub mod piece;

@@ -4,13 +4,14 @@
 
 use std::cell::RefCell;
 
-use glam::{DMat4, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use crate::geometry::SurfacePoint;
 use crate::geometry::bezier::{Bicubic, Bilinear, ControlPoint};
 use crate::geometry::subdivision::{Evaluator, LimitSurface};
 
 use super::connect::EdgeUse;
+use super::motion::{KeyTimes, Placement};
 
 /// What a patch's control points mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,6 +53,8 @@ pub struct Patch {
     pub rational: bool,
     /// First float of its control points; keys follow each other.
     pub first_float: u32,
+    /// Its set of key times, of [`KeyTimes::sets`].
+    pub motion: u32,
     /// Sides 0: v = 0, 1: u = 1, 2: v = 1, 3: u = 0, each with u or v ascending.
     pub edges: [EdgeUse; 4],
     /// Welded corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
@@ -65,7 +68,7 @@ pub struct Patch {
 }
 
 /// All patches of a frame.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct PatchTable {
     /// In canonical order: by primitive, then by place in it.
     pub patches: Vec<Patch>,
@@ -73,8 +76,8 @@ pub struct PatchTable {
     pub floats: Vec<f32>,
     /// Limit surfaces of subdivision meshes.
     pub limits: Vec<Limit>,
-    /// Motion keys of every patch (1: still).
-    pub num_keys: usize,
+    /// Key times of all primitives.
+    pub times: KeyTimes,
 }
 
 /// A subdivision mesh's limit surface and where it stands.
@@ -82,11 +85,11 @@ pub struct PatchTable {
 pub struct Limit {
     /// In object space.
     pub surface: LimitSurface,
-    /// Object to camera space.
-    pub to_camera: DMat4,
+    /// Where it is at each key.
+    pub placements: Vec<Placement>,
 }
 
-impl Limit {
+impl Placement {
     fn place(&self, p: Vec3) -> Vec3 {
         self.to_camera.transform_point3(p.as_dvec3()).as_vec3()
     }
@@ -110,6 +113,12 @@ pub enum Surface {
 }
 
 impl PatchTable {
+    /// Motion keys of a patch, at least 1.
+    #[inline(always)]
+    pub fn num_keys(&self, patch: u32) -> usize {
+        self.times.sets[self.patches[patch as usize].motion as usize].len()
+    }
+
     /// The surface of a patch with control points at motion key `key`.
     pub fn control_surface(&self, patch: &Patch, key: usize) -> Option<Surface> {
         let width = if patch.rational { 4 } else { 3 };
@@ -161,13 +170,14 @@ impl<'a> Surfaces<'a> {
 
     fn load(&self, patch: u32) -> Loaded<'a> {
         let table = self.table;
+        let num_keys = table.num_keys(patch);
         let patch = &table.patches[patch as usize];
         if let Shape::Subdivision { limit, quad } = patch.shape {
             let limit = &table.limits[limit as usize];
             return Loaded::Limit(Box::new(limit.surface.evaluator(quad)), limit);
         }
         let surface = |key| table.control_surface(patch, key).expect("every other shape has control points");
-        Loaded::Control(surface(0), (1..table.num_keys).map(surface).collect())
+        Loaded::Control(surface(0), (1..num_keys).map(surface).collect())
     }
 
     /// Position and derivatives of a patch at motion key `key` and (u, v) in [0, 1]^2, in camera space.
@@ -176,8 +186,18 @@ impl<'a> Surfaces<'a> {
             Loaded::Control(surface, _) if key == 0 => surface.evaluate(u, v),
             Loaded::Control(_, later) => later[key - 1].evaluate(u, v),
             Loaded::Limit(evaluator, limit) => {
-                let at = evaluator.evaluate(key, u, v);
-                SurfacePoint { p: limit.place(at.p), du: limit.turn(at.dp_du), dv: limit.turn(at.dp_dv) }
+                let placement = &limit.placements[key];
+                let [from, to] = placement.points.keys;
+                let at = evaluator.evaluate(from, u, v);
+                let [mut p, mut du, mut dv] = [at.p, at.dp_du, at.dp_dv];
+                if placement.points.part != 0.0 {
+                    let next = evaluator.evaluate(to, u, v);
+                    let part = placement.points.part as f32;
+                    p += (next.p - p) * part;
+                    du += (next.dp_du - du) * part;
+                    dv += (next.dp_dv - dv) * part;
+                }
+                SurfacePoint { p: placement.place(p), du: placement.turn(du), dv: placement.turn(dv) }
             }
         })
     }
@@ -188,23 +208,31 @@ impl<'a> Surfaces<'a> {
             Loaded::Control(surface, _) if key == 0 => surface.hull(u, v, visit),
             Loaded::Control(_, later) => later[key - 1].hull(u, v, visit),
             Loaded::Limit(evaluator, limit) => {
-                let bounds = evaluator.bounds(key, u, v);
+                let placement = &limit.placements[key];
+                let [from, to] = placement.points.keys;
+                let mut bounds = evaluator.bounds(from, u, v);
+                if placement.points.part != 0.0 {
+                    // The box of both holds all that lies between, whatever the rounding.
+                    let next = evaluator.bounds(to, u, v);
+                    bounds.min = bounds.min.min(next.min);
+                    bounds.max = bounds.max.max(next.max);
+                }
                 for corner in 0..8 {
                     let pick = |bit: u32, c: usize| {
                         if corner >> bit & 1 == 0 { bounds.min[c] } else { bounds.max[c] }
                     };
-                    visit(limit.place(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))));
+                    visit(placement.place(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))));
                 }
             }
         });
     }
 
-    /// Unit normal dPdu x dPdv at key 0. Where it vanishes (a pole, a collapsed side), that of the nearest place
+    /// Unit normal dPdu x dPdv at a key. Where it vanishes (a pole, a collapsed side), that of the nearest place
     /// towards the middle of the patch where it does not; zero for a surface without area.
-    pub fn normal(&self, patch: u32, [u, v]: [f32; 2]) -> Vec3 {
+    pub fn normal(&self, patch: u32, key: usize, [u, v]: [f32; 2]) -> Vec3 {
         let mut step = 0.0f32;
         for _ in 0..12 {
-            let at = self.evaluate(patch, 0, [u + (0.5 - u) * step, v + (0.5 - v) * step]);
+            let at = self.evaluate(patch, key, [u + (0.5 - u) * step, v + (0.5 - v) * step]);
             if let Some(normal) = unit_normal(&at) {
                 return normal;
             }

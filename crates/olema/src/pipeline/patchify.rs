@@ -1,39 +1,40 @@
 //! Patchify: primitives become patches in camera space.
 //!
-//! In: `Scene`. Out: `PatchTable` without connections, and warnings about what cannot be drawn. Every cubic
+//! In: `Scene` and the key times of its primitives. Out: `PatchTable` without connections, and warnings about what cannot be drawn. Every cubic
 //! basis becomes Bezier, whose control points bound the surface closely.
 
 use std::sync::Arc;
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::DVec4;
 
 use crate::geometry::bezier::to_bezier;
 use crate::geometry::subdivision::LimitSurface;
-use crate::scene::{Geometry, PatchBasis, PatchKind, PatchMesh, Points, Scene};
+use crate::scene::{Between, Geometry, Keyed, PatchBasis, PatchKind, PatchMesh, Points, Scene};
 
 use super::connect::EdgeUse;
+use super::motion::{KeyTimes, Placement, blend_point, placements};
 use super::patch::{Limit, Patch, PatchTable, Shape};
 
-/// Turns all primitives of `scene` into patches. Warnings name the object.
-pub fn patchify(scene: &Scene) -> (PatchTable, Vec<String>) {
-    let mut table = PatchTable { num_keys: 1, ..PatchTable::default() };
+/// Turns all primitives of `scene` into patches, placed at their key times. Warnings name the object.
+pub fn patchify(scene: &Scene, times: &KeyTimes) -> (PatchTable, Vec<String>) {
+    let mut table =
+        PatchTable { patches: Vec::new(), floats: Vec::new(), limits: Vec::new(), times: times.clone() };
     let mut warnings = Vec::new();
-    let world_to_camera = scene.camera.world_to_camera.first();
     for (ix, primitive) in scene.primitives.iter().enumerate() {
-        let to_camera = world_to_camera * primitive.to_world.first();
+        let placements = placements(scene, primitive, times.of(ix as u32));
         let mut warn = |problem: &dyn std::fmt::Display| {
             warnings.push(format!("{}: {problem}", primitive.attributes.object_name(ix)));
         };
         match &primitive.geometry {
             Geometry::Patches(mesh) => {
-                if let Err(problem) = sheet(mesh, ix as u32, &to_camera, &mut table) {
+                if let Err(problem) = sheet(mesh, ix as u32, &placements, &mut table) {
                     warn(&problem);
                 }
             }
             Geometry::Subdivision(mesh) => {
                 let (surface, problems) = LimitSurface::new(Arc::clone(mesh));
                 problems.iter().for_each(|problem| warn(problem));
-                base_quads(surface, ix as u32, to_camera, &mut table);
+                base_quads(surface, ix as u32, placements, &mut table);
             }
         }
     }
@@ -41,8 +42,9 @@ pub fn patchify(scene: &Scene) -> (PatchTable, Vec<String>) {
 }
 
 /// One patch for each base quad of a limit surface.
-fn base_quads(surface: LimitSurface, primitive: u32, to_camera: DMat4, table: &mut PatchTable) {
+fn base_quads(surface: LimitSurface, primitive: u32, placements: Vec<Placement>, table: &mut PatchTable) {
     let limit = table.limits.len() as u32;
+    let motion = table.times.of_primitive[primitive as usize];
     for quad in 0..surface.num_quads() as u32 {
         table.patches.push(Patch {
             primitive,
@@ -50,6 +52,7 @@ fn base_quads(surface: LimitSurface, primitive: u32, to_camera: DMat4, table: &m
             shape: Shape::Subdivision { limit, quad },
             rational: false,
             first_float: 0,
+            motion,
             edges: [EdgeUse::default(); 4],
             corners: [0; 4],
             params: [0.0, 1.0, 0.0, 1.0],
@@ -57,54 +60,63 @@ fn base_quads(surface: LimitSurface, primitive: u32, to_camera: DMat4, table: &m
             is_displaced: false,
         });
     }
-    table.limits.push(Limit { surface, to_camera });
+    // A mesh whose keys differ in more than their places has fewer of them.
+    let last = surface.num_keys() - 1;
+    let within = |placement: Placement| {
+        let Between { keys, part } = placement.points;
+        Placement { points: Between { keys: keys.map(|key| key.min(last)), part }, ..placement }
+    };
+    table.limits.push(Limit { surface, placements: placements.into_iter().map(within).collect() });
 }
 
-fn sheet(mesh: &PatchMesh, primitive: u32, to_camera: &DMat4, table: &mut PatchTable) -> Result<(), String> {
+fn sheet(
+    mesh: &PatchMesh,
+    primitive: u32,
+    placements: &[Placement],
+    table: &mut PatchTable,
+) -> Result<(), String> {
     let Some([pu, pv]) = mesh.num_patches() else {
         return Err(format!("{} x {} control points do not fit the basis; not drawn", mesh.nu, mesh.nv));
     };
-    let points = mesh.points.first();
-    if points.len() != mesh.nu * mesh.nv {
-        return Err(format!(
-            "{} control points where {} were expected; not drawn",
-            points.len(),
-            mesh.nu * mesh.nv
-        ));
+    let expected = mesh.nu * mesh.nv;
+    if let Some(points) = mesh.points.values.iter().find(|points| points.len() != expected) {
+        return Err(format!("{} control points where {expected} were expected; not drawn", points.len()));
     }
-    let (rational, points) = camera_points(points, to_camera);
+    let rational = mesh.points.values.iter().any(is_rational);
+    let width = if rational { 4 } else { 3 };
+    let keys: Vec<Vec<DVec4>> =
+        placements.iter().map(|placement| camera_points(&mesh.points, expected, placement)).collect();
     let mut dropped = 0usize;
-    for row in 0..pv {
-        for column in 0..pu {
-            let patch_points = bezier_points(mesh, &points, column, row);
-            let usable = |p: &DVec4| p.as_vec4().is_finite() && p.w.is_finite() && p.w > 0.0;
-            if !patch_points.iter().all(usable) {
-                dropped += 1;
-                continue;
-            }
-            let first_float = table.floats.len();
-            if first_float > u32::MAX as usize - 64 {
-                return Err("too many control points in one frame; the rest is not drawn".to_owned());
-            }
-            for p in &patch_points {
-                let p = p.as_vec4();
-                table.floats.extend_from_slice(&p.to_array()[..if rational { 4 } else { 3 }]);
-            }
-            let span = |ix: usize, n: usize| [ix as f32 / n as f32, (ix + 1) as f32 / n as f32];
-            let ([u0, u1], [v0, v1]) = (span(column, pu), span(row, pv));
-            table.patches.push(Patch {
-                primitive,
-                cell: [column as u32, row as u32],
-                shape: if mesh.kind == PatchKind::Bilinear { Shape::Bilinear } else { Shape::Bicubic },
-                rational,
-                first_float: first_float as u32,
-                edges: [EdgeUse::default(); 4],
-                corners: [0; 4],
-                params: [u0, u1, v0, v1],
-                slack: 0.0,
-                is_displaced: false,
-            });
+    for (row, column) in (0..pv).flat_map(|row| (0..pu).map(move |column| (row, column))) {
+        let of_keys: Vec<Vec<DVec4>> =
+            keys.iter().map(|points| bezier_points(mesh, points, column, row)).collect();
+        let usable = |p: &DVec4| p.as_vec4().is_finite() && p.w.is_finite() && p.w > 0.0;
+        if !of_keys.iter().flatten().all(usable) {
+            dropped += 1;
+            continue;
         }
+        let first_float = table.floats.len();
+        if first_float > u32::MAX as usize - 64 * keys.len() {
+            return Err("too many control points in one frame; the rest is not drawn".to_owned());
+        }
+        for p in of_keys.iter().flatten() {
+            table.floats.extend_from_slice(&p.as_vec4().to_array()[..width]);
+        }
+        let span = |ix: usize, n: usize| [ix as f32 / n as f32, (ix + 1) as f32 / n as f32];
+        let ([u0, u1], [v0, v1]) = (span(column, pu), span(row, pv));
+        table.patches.push(Patch {
+            primitive,
+            cell: [column as u32, row as u32],
+            shape: if mesh.kind == PatchKind::Bilinear { Shape::Bilinear } else { Shape::Bicubic },
+            rational,
+            first_float: first_float as u32,
+            motion: table.times.of_primitive[primitive as usize],
+            edges: [EdgeUse::default(); 4],
+            corners: [0; 4],
+            params: [u0, u1, v0, v1],
+            slack: 0.0,
+            is_displaced: false,
+        });
     }
     if dropped > 0 {
         return Err(format!(
@@ -116,19 +128,19 @@ fn sheet(mesh: &PatchMesh, primitive: u32, to_camera: &DMat4, table: &mut PatchT
     Ok(())
 }
 
-/// Control points in camera space, homogeneous; the flag says whether any weight differs from 1.
-fn camera_points(points: &Points, to_camera: &DMat4) -> (bool, Vec<DVec4>) {
-    match points {
-        Points::P(p) => {
-            let place =
-                |p: &[f32; 3]| to_camera.transform_point3(DVec3::from_array(p.map(f64::from))).extend(1.0);
-            (false, p.iter().map(place).collect())
-        }
-        Points::Pw(p) => {
-            let rational = p.iter().any(|p| p[3] != 1.0);
-            (rational, p.iter().map(|p| *to_camera * DVec4::from_array(p.map(f64::from))).collect())
-        }
-    }
+/// Whether any weight differs from 1.
+fn is_rational(points: &Points) -> bool {
+    matches!(points, Points::Pw(p) if p.iter().any(|p| p[3] != 1.0))
+}
+
+/// Control points in camera space at a key, homogeneous.
+fn camera_points(points: &Keyed<Points>, len: usize, placement: &Placement) -> Vec<DVec4> {
+    let Placement { points: between, to_camera } = placement;
+    let place = |ix: usize| {
+        let p = blend_point(points, between, ix);
+        if p.w == 1.0 { to_camera.transform_point3(p.truncate()).extend(1.0) } else { *to_camera * p }
+    };
+    (0..len).map(place).collect()
 }
 
 /// The Bezier points (or corners) of the patch at `column`, `row` of the sheet.

@@ -4,14 +4,13 @@
 //! depth order), then filtered pixels. Every sum runs over rows, columns and samples in this order, whatever
 //! the tile, so that a pixel has the same bits in every tiling.
 
-use crate::geometry::RasterCamera;
 use crate::image::Filter;
 use crate::sampling::inside::{barycentric, triangle_hit};
 use crate::sampling::{Payload, Region, RegionSamples, SamplePattern};
 use crate::scene::ShadingInterpolation;
 
 use super::grid::Grid;
-use super::sample::{TileBuffers, clip_slow, triangles};
+use super::sample::{DrawContext, TileBuffers, triangles};
 
 /// Colour (multiplied by opacity), transmittance per channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,19 +49,18 @@ impl SampleColor {
 }
 
 /// Composites the transparent records of one pass behind those of earlier passes.
-pub fn composite_pass(camera: &RasterCamera, buffers: &mut TileBuffers, colors: &mut [SampleColor]) {
+pub fn composite_pass(context: &DrawContext, buffers: &mut TileBuffers, colors: &mut [SampleColor]) {
     let TileBuffers { samples, nearest, transparent, slots, .. } = buffers;
     let order = |a, b| slots.order(a, b);
     for record in transparent.sorted(nearest, &order) {
         let Some(grid) = slots.grid(record.payload) else { continue };
-        let place = samples.position(record.sample_ix as usize);
-        let (color, opacity) = surface_at(camera, grid, record.payload, place);
+        let (color, opacity) = surface_at(context, grid, record.payload, samples, record.sample_ix as usize);
         colors[record.sample_ix as usize].behind(color, opacity, record.depth);
     }
 }
 
 /// Puts the nearest opaque surfaces behind everything.
-pub fn composite_opaque(camera: &RasterCamera, buffers: &TileBuffers, colors: &mut [SampleColor]) {
+pub fn composite_opaque(context: &DrawContext, buffers: &TileBuffers, colors: &mut [SampleColor]) {
     for (ix, record) in buffers.nearest.records().iter().enumerate() {
         if record.is_none() {
             continue;
@@ -70,9 +68,7 @@ pub fn composite_opaque(camera: &RasterCamera, buffers: &TileBuffers, colors: &m
         let Some(grid) = buffers.slots.grid(record.payload) else { continue };
         let (color, _) = match grid.look.interpolation {
             ShadingInterpolation::Constant => flat(grid, record.payload),
-            ShadingInterpolation::Smooth => {
-                surface_at(camera, grid, record.payload, buffers.samples.position(ix))
-            }
+            ShadingInterpolation::Smooth => surface_at(context, grid, record.payload, &buffers.samples, ix),
         };
         // A hole hides what is behind it and is nothing itself.
         let opacity = if grid.look.matte { [0.0; 3] } else { [1.0; 3] };
@@ -80,17 +76,24 @@ pub fn composite_opaque(camera: &RasterCamera, buffers: &TileBuffers, colors: &m
     }
 }
 
-/// Colour and opacity of a micropolygon where a sample hit it.
-fn surface_at(camera: &RasterCamera, grid: &Grid, payload: Payload, place: [i32; 2]) -> ([f32; 3], [f32; 3]) {
+/// Colour and opacity of a micropolygon where sample `sample_ix` hit it.
+fn surface_at(
+    context: &DrawContext,
+    grid: &Grid,
+    payload: Payload,
+    samples: &RegionSamples,
+    sample_ix: usize,
+) -> ([f32; 3], [f32; 3]) {
     if grid.look.interpolation == ShadingInterpolation::Constant {
         return flat(grid, payload);
     }
     let micropolygon = payload.micropolygon() as usize;
     let triangle = triangles(grid, micropolygon)[payload.triangle() as usize];
+    let (place, tuple_ix) = (samples.position(sample_ix), samples.tuples[sample_ix]);
     let weights = if grid.is_slow(micropolygon) {
-        slow_weights(camera, grid, triangle, place)
+        slow_weights(context, grid, triangle, place, tuple_ix)
     } else {
-        triangle_hit(triangle.map(|v| [grid.x[v], grid.y[v]]), place).map(|hit| barycentric(&hit))
+        triangle_hit(context.place(grid, triangle, tuple_ix), place).map(|hit| barycentric(&hit))
     };
     let Some(w) = weights else {
         debug_assert!(false, "a record's triangle is hit again");
@@ -106,12 +109,13 @@ fn surface_at(camera: &RasterCamera, grid: &Grid, payload: Payload, place: [i32;
 
 /// Weights of a triangle's vertices at a sample that hit the clipped triangle.
 fn slow_weights(
-    camera: &RasterCamera,
+    context: &DrawContext,
     grid: &Grid,
     triangle: [usize; 3],
     place: [i32; 2],
+    tuple_ix: u32,
 ) -> Option<[f32; 3]> {
-    let clipped = clip_slow(camera, grid, triangle);
+    let clipped = context.clip(grid, triangle, tuple_ix);
     clipped.triangles().find_map(|part| {
         let hit = triangle_hit(part.map(|v| v.raster), place)?;
         let b = barycentric(&hit);

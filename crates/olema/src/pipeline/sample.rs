@@ -7,14 +7,18 @@ use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use crate::geometry::RasterCamera;
-use crate::sampling::nomotion::{
-    Facing, GridView, HitSink, SampleCounts, rasterize_grid, rasterize_triangle,
+use crate::sampling::interleave::rasterize_tuple;
+use crate::sampling::nomotion::{Facing, HitSink, SampleCounts, rasterize_triangle};
+use crate::sampling::{
+    Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, RegionSamples, SampleBuffer, SamplePattern,
+    TransparentRecord, TransparentRecords, TupleTimes,
 };
-use crate::sampling::{Payload, Region, RegionSamples, SampleBuffer, TransparentRecord, TransparentRecords};
 use crate::scene::Sides;
 
-use super::clip::clip_triangle;
+use super::clip::{Clipped, clip_triangle};
 use super::grid::{Grid, GridKey};
 
 /// Grids of a tile, by the slot that records name them with.
@@ -109,15 +113,75 @@ pub struct TileBuffers {
     pub counts: SampleCounts,
 }
 
+/// What all grids of a frame are drawn with.
+#[derive(Debug, Clone, Copy)]
+pub struct DrawContext<'a> {
+    /// The camera.
+    pub camera: &'a RasterCamera,
+    /// The sample pattern.
+    pub pattern: &'a SamplePattern,
+    /// Local times of its tuples, for each set of key times.
+    pub times: &'a [TupleTimes],
+    /// The rasterizer that was asked for.
+    pub rasterizer: Rasterizer,
+}
+
+impl<'a> DrawContext<'a> {
+    /// A grid as the rasterizers see it.
+    pub fn moving<'g>(&self, grid: &'g Grid) -> MovingGrid<'g>
+    where
+        'a: 'g,
+    {
+        MovingGrid {
+            m: grid.m as usize,
+            n: grid.n as usize,
+            times: &self.times[grid.motion as usize],
+            x: &grid.x,
+            y: &grid.y,
+            depth: &grid.depth,
+            coc: &grid.coc,
+        }
+    }
+
+    /// Where vertices of a triangle are for a tuple; none of them is slow.
+    pub fn place(&self, grid: &Grid, triangle: [usize; 3], tuple_ix: u32) -> [[i32; 2]; 3] {
+        if !grid.is_blurred() {
+            return triangle.map(|v| [grid.x[v], grid.y[v]]);
+        }
+        let moving = self.moving(grid);
+        let (tuple, time) = (&self.pattern.tuples()[tuple_ix as usize], moving.times.of_tuple(tuple_ix));
+        triangle.map(|v| moving.position(v, tuple, time))
+    }
+
+    /// A triangle of a grid with slow vertices, clipped as it is for a tuple.
+    ///
+    /// Vertices that are not slow are where the rasterizers see them; the others move on straight lines in camera
+    /// space. Which of both a vertex does depends on the vertex alone.
+    pub fn clip(&self, grid: &Grid, triangle: [usize; 3], tuple_ix: u32) -> Clipped {
+        let moving = self.moving(grid);
+        let (tuple, time) = (&self.pattern.tuples()[tuple_ix as usize], moving.times.of_tuple(tuple_ix));
+        let position = |v: usize| -> Vec3 {
+            let [from, to] = moving.ends(v, time.segment);
+            let (from, to) = (grid.slow.p[from], grid.slow.p[to]);
+            let t = f32::from(time.t15) * (1.0 / 32_768.0);
+            let xy = from + (to - from) * t;
+            Vec3::new(xy.x, xy.y, moving.depth_at(v, time))
+        };
+        let fixed = |v: usize| (!grid.slow.is_slow[v]).then(|| moving.position(v, tuple, time));
+        clip_triangle(self.camera, triangle.map(position), triangle.map(fixed), [tuple.u15, tuple.v15])
+    }
+}
+
 impl TileBuffers {
     /// Draws `grid`.
     ///
     /// # Errors
     /// [`SlotsFull`] where the tile has no slot left; nothing was drawn then.
-    pub fn draw(&mut self, camera: &RasterCamera, grid: &Arc<Grid>) -> Result<(), SlotsFull> {
-        if !touches(grid, self.samples.region) {
+    pub fn draw(&mut self, context: &DrawContext, grid: &Arc<Grid>) -> Result<(), SlotsFull> {
+        let moving = context.moving(grid);
+        let Some(_times) = grid.meets(moving.times.key_times(), self.samples.region) else {
             return Ok(());
-        }
+        };
         let slot = self.slots.insert(Arc::clone(grid))?;
         let facing = match (grid.look.sides, grid.look.front_is_positive) {
             (Sides::Two, _) => Facing::Any,
@@ -134,18 +198,22 @@ impl TileBuffers {
             transparent: &mut self.transparent,
             slots: &self.slots,
         };
-        let view =
-            GridView { m: grid.m as usize, n: grid.n as usize, x: &grid.x, y: &grid.y, depth: &grid.depth };
-        let skip = grid.slow.as_ref().map(|slow| slow.is_slow.as_slice());
-        rasterize_grid(view, facing, skip, &self.samples, &mut self.counts, &mut sink);
-        if grid.slow.is_some() {
-            draw_slow(camera, grid, facing, &self.samples, &mut self.counts, &mut sink);
+        let draw = MovingDraw {
+            grid: moving,
+            pattern: context.pattern,
+            samples: &self.samples,
+            facing,
+            skip: grid.has_slow().then_some(grid.slow.is_slow.as_slice()),
+            micropolygons: Micropolygons::Quads,
+        };
+        let drawn = context.rasterizer.rasterize(&draw, &mut self.counts, &mut sink);
+        debug_assert!(drawn.is_ok(), "settings were checked: {drawn:?}");
+        if grid.has_slow() {
+            draw_slow(context, grid, facing, &self.samples, &mut self.counts, &mut sink);
         }
         Ok(())
     }
-}
 
-impl TileBuffers {
     /// Lets go of grids that no record names any more, so that memory does not grow with depth complexity.
     pub fn drop_hidden_grids(&mut self) {
         let opaque = self.nearest.records().iter().filter(|r| !r.is_none()).map(|r| r.payload);
@@ -154,37 +222,39 @@ impl TileBuffers {
     }
 }
 
-/// Whether a grid's raster box meets the region; a grid with slow vertices may be anywhere.
-fn touches(grid: &Grid, region: Region) -> bool {
-    if grid.slow.is_some() {
-        return true;
-    }
-    let [x0, x1, y0, y1] = grid.raster.map(|c| c >> 8);
-    x1 >= region.x0 && x0 < region.x1 && y1 >= region.y0 && y0 < region.y1
-}
-
-/// Draws the micropolygons that have a vertex on the slow path, clipped.
+/// Draws the micropolygons that have a vertex on the slow path: clipped, once for each tuple where they are blurred.
 fn draw_slow(
-    camera: &RasterCamera,
+    context: &DrawContext,
     grid: &Grid,
     facing: Facing,
     samples: &RegionSamples,
     counts: &mut SampleCounts,
     sink: &mut Sink,
 ) {
+    let is_blurred = grid.keys > 1 || context.camera.lens.is_some();
+    let num_tuples = if is_blurred { context.pattern.tuples().len() as u32 } else { 1 };
     for micropolygon in (0..grid.num_micropolygons()).filter(|&mp| grid.is_slow(mp)) {
         sink.begin(micropolygon as u32);
         for (number, triangle) in triangles(grid, micropolygon).into_iter().enumerate() {
             sink.triangle = Some(number as u8);
-            for part in clip_slow(camera, grid, triangle).triangles() {
-                rasterize_triangle(
-                    part.map(|v| v.raster),
-                    part.map(|v| v.depth),
-                    facing,
-                    samples,
-                    counts,
-                    sink,
-                );
+            for tuple_ix in 0..num_tuples {
+                for part in context.clip(grid, triangle, tuple_ix).triangles() {
+                    let (raster, depth) = (part.map(|v| v.raster), part.map(|v| v.depth));
+                    if is_blurred {
+                        rasterize_tuple(
+                            context.pattern,
+                            tuple_ix,
+                            raster,
+                            depth,
+                            facing,
+                            samples,
+                            counts,
+                            sink,
+                        );
+                    } else {
+                        rasterize_triangle(raster, depth, facing, samples, counts, sink);
+                    }
+                }
             }
         }
         sink.triangle = None;
@@ -195,17 +265,6 @@ fn draw_slow(
 pub fn triangles(grid: &Grid, micropolygon: usize) -> [[usize; 3]; 2] {
     let [v0, v1, v2, v3] = grid.corners(micropolygon);
     [[v0, v1, v2], [v0, v2, v3]]
-}
-
-/// A triangle of a grid with slow vertices, clipped.
-pub fn clip_slow(camera: &RasterCamera, grid: &Grid, triangle: [usize; 3]) -> super::clip::Clipped {
-    let slow = grid.slow.as_ref();
-    let position = |v: usize| slow.map_or(glam::Vec3::ZERO, |slow| slow.p[v]);
-    let fixed = |v: usize| {
-        let is_slow = slow.is_some_and(|slow| slow.is_slow[v]);
-        (!is_slow).then(|| [grid.x[v], grid.y[v]])
-    };
-    clip_triangle(camera, triangle.map(position), triangle.map(fixed))
 }
 
 /// Sends hits where they belong.

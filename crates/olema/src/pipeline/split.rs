@@ -17,7 +17,7 @@ use crate::geometry::RasterCamera;
 use super::connect::{EdgeTable, Part};
 use super::patch::{CORNER_UV, Patch, PatchTable, Surfaces, side_uv};
 use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, parameter, quad_uv};
-use super::rate::{MAX_LEVEL, Rate, polyline_segments, rate};
+use super::rate::{Fineness, Lattice, MAX_LEVEL, Rate, inner_segments, measured_keys, rate};
 
 /// What becomes of a piece.
 #[allow(clippy::large_enum_variant)] // Lives on the stack between two stages only.
@@ -45,8 +45,8 @@ pub struct SplitContext<'a> {
     pub grid_size: u32,
     /// How often an edge through the eye plane is halved.
     pub eye_splits: u8,
-    /// Shading rate of each primitive.
-    pub shading_rate: &'a [f32],
+    /// How finely each primitive is diced, with all factors but [`Self::rate_scale`].
+    pub fineness: &'a [Fineness],
     /// A rule to break on purpose; `None` outside tests.
     pub sabotage: Option<Sabotage>,
 }
@@ -89,10 +89,10 @@ impl<'a> SplitContext<'a> {
         reversed: bool,
     ) -> Side {
         let scale = 1u64 << level;
-        let point = |t: f32| {
+        let point = |t: f32, key: usize| {
             // Exact: a multiple of 1/8 of 2^-level.
             let eighths = u64::from(part) * 8 + (t * 8.0) as u64;
-            self.position(patch, self.point_on(patch, line, eighths, scale * 8), 0)
+            self.position(patch, self.point_on(patch, line, eighths, scale * 8), key)
         };
         let measured = self.measure(patch, line, point);
         let rate = match measured {
@@ -112,18 +112,19 @@ impl<'a> SplitContext<'a> {
         matches!(line, Line::Border { edge, .. } if self.edges.edges[edge as usize].halved)
     }
 
-    fn measure(&self, patch: u32, line: Line, point: impl FnMut(f32) -> Vec3) -> Rate {
-        let shading_rate = match line {
+    fn measure(&self, patch: u32, line: Line, point: impl FnMut(f32, usize) -> Vec3) -> Rate {
+        let fineness = match line {
             Line::Border { edge, .. } if self.sabotage != Some(Sabotage::Rate) => {
-                self.edges.edges[edge as usize].shading_rate
+                self.edges.edges[edge as usize].fineness
             }
-            _ => self.shading_rate[self.patch(patch).primitive as usize],
+            _ => self.fineness[self.patch(patch).primitive as usize],
         };
-        rate(self.camera, self.segment_px(shading_rate), point)
+        let keys = measured_keys(self.patches.num_keys(patch));
+        rate(self.camera, self.scaled(fineness), keys, point)
     }
 
-    fn segment_px(&self, shading_rate: f32) -> f32 {
-        (shading_rate * self.rate_scale).sqrt()
+    fn scaled(&self, fineness: Fineness) -> Fineness {
+        Fineness { shading_rate: fineness.shading_rate * self.rate_scale, ..fineness }
     }
 
     /// Whether the side was given one segment because it reaches the eye plane (for the statistics).
@@ -247,26 +248,18 @@ impl<'a> SplitContext<'a> {
 
     /// Lattice lines that the sides and the interior ask for.
     fn lattice_size(&self, piece: &Piece, segments: [u32; 2]) -> [u32; 2] {
-        let patch = self.patch(piece.patch);
-        let segment_px = self.segment_px(self.shading_rate[patch.primitive as usize]);
-        let mut size = [segments[0].max(1), segments[1].max(1)];
-        for key in 0..self.patches.num_keys {
-            let points: [[Vec3; 5]; 5] = std::array::from_fn(|b| {
-                std::array::from_fn(|a| {
-                    let uv = quad_uv(&piece.uv, a as f32 / 4.0, b as f32 / 4.0);
+        let fineness = self.scaled(self.fineness[self.patch(piece.patch).primitive as usize]);
+        let keys = measured_keys(self.patches.num_keys(piece.patch));
+        let lattices: Vec<Lattice> = keys
+            .map(|key| {
+                std::array::from_fn(|ix| {
+                    let uv = quad_uv(&piece.uv, (ix % 5) as f32 / 4.0, (ix / 5) as f32 / 4.0);
                     self.surfaces.evaluate(piece.patch, key, uv).p
                 })
-            });
-            for (line, row) in points.iter().enumerate().take(4).skip(1) {
-                let column: [Vec3; 5] = std::array::from_fn(|b| points[b][line]);
-                for (axis, polyline) in [row, &column].into_iter().enumerate() {
-                    // Through the eye plane no length is defined: as fine as a grid allows.
-                    let wanted = polyline_segments(self.camera, segment_px, polyline).unwrap_or(16.0);
-                    size[axis] = size[axis].max((wanted.round() as u32).min(MAX_LATTICE));
-                }
-            }
-        }
-        size.map(|s| s.min(MAX_LATTICE))
+            })
+            .collect();
+        let wanted = inner_segments(self.camera, fineness, &lattices);
+        std::array::from_fn(|axis| segments[axis].max(1).max(wanted[axis]).min(MAX_LATTICE))
     }
 
     /// Whether the piece spans more of u than of v, where lengths on screen are not known.

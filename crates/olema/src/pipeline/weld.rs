@@ -65,6 +65,41 @@ impl Welder {
     }
 }
 
+/// Gives points that lie together at all motion keys one number.
+pub struct KeyedWelder {
+    keys: Vec<Welder>,
+    tolerances: Vec<f32>,
+    /// Numbers of pairs: what was found so far, and the next key's number.
+    pairs: HashMap<(u32, u32), u32>,
+}
+
+/// Marks numbers of pairs, and sets of key times beside numbers of points.
+const PAIR: u32 = 1 << 31;
+
+impl KeyedWelder {
+    /// Knows no point yet; `tolerances` are all that will be asked with.
+    pub fn new(tolerances: impl Iterator<Item = f32>) -> Self {
+        KeyedWelder { keys: Vec::new(), tolerances: tolerances.collect(), pairs: HashMap::new() }
+    }
+
+    /// The number of a point that is at `places` at the keys of set `motion` (0: a single key).
+    pub fn weld(&mut self, motion: u32, places: impl Iterator<Item = Vec3>, tolerance: f32) -> u32 {
+        let mut number = motion | PAIR;
+        for (key, place) in places.enumerate() {
+            if key == self.keys.len() {
+                self.keys.push(Welder::new(self.tolerances.iter().copied()));
+            }
+            let at_key = self.keys[key].weld(place, tolerance);
+            if motion == 0 {
+                return at_key;
+            }
+            let next = PAIR | (1 << 30) | self.pairs.len() as u32;
+            number = *self.pairs.entry((number, at_key)).or_insert(next);
+        }
+        number
+    }
+}
+
 /// Smallest o with tolerance <= 2^o.
 fn octave(tolerance: f32) -> i32 {
     let bits = tolerance.to_bits();

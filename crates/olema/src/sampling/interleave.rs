@@ -8,8 +8,11 @@
 //! the region that holds it does that.
 
 use super::draw::{Micropolygon, MovingDraw, Placed, Reach};
+use super::inside::{depth_at, triangle_hit};
 use super::moving::Extent;
-use super::nomotion::{HitSink, SampleCounts};
+use super::nomotion::{Facing, HitSink, SampleCounts};
+use super::pattern::SamplePattern;
+use super::region::RegionSamples;
 
 /// Largest K: beyond it, N = M K^2 positions a micropolygon cost more than any other way.
 pub const MAX_TILE: u32 = 8;
@@ -34,12 +37,25 @@ fn test_tiles(
     counts: &mut SampleCounts,
     sink: &mut impl HitSink,
 ) {
-    let MovingDraw { pattern, samples, .. } = draw;
+    let reach = Reach::of(&Extent::around(placed));
+    each_sample(draw.pattern, draw.samples, tuple_ix, reach, |sample_ix, place| {
+        micropolygon.test(placed, tuple_ix, sample_ix, place, counts, sink);
+    });
+}
+
+/// The sample with a tuple in each tile that a box overlaps: its index and its raster position.
+#[inline(always)]
+fn each_sample(
+    pattern: &SamplePattern,
+    samples: &RegionSamples,
+    tuple_ix: u32,
+    reach: Reach,
+    mut visit: impl FnMut(usize, [i32; 2]),
+) {
     let k = pattern.tile() as i32;
     let num_ranks = pattern.tile() * pattern.tile();
     let (stratum, rank) = (tuple_ix / num_ranks, tuple_ix % num_ranks);
     let tuple = pattern.tuples()[tuple_ix as usize];
-    let reach = Reach::of(&Extent::around(placed));
     let [px_first, px_last] = reach.pixels(&samples.region, 0);
     let [py_first, py_last] = reach.pixels(&samples.region, 1);
     if px_first > px_last || py_first > py_last {
@@ -54,8 +70,30 @@ fn test_tiles(
             }
             let sample_ix = samples.region.pixel_ix(px, py) * samples.samples_per_pixel() + stratum as usize;
             debug_assert_eq!(samples.tuples[sample_ix], tuple_ix, "region and pattern disagree");
-            let place = [px * 256 + i32::from(tuple.x), py * 256 + i32::from(tuple.y)];
-            micropolygon.test(placed, tuple_ix, sample_ix, place, counts, sink);
+            visit(sample_ix, [px * 256 + i32::from(tuple.x), py * 256 + i32::from(tuple.y)]);
         }
     }
+}
+
+/// Rasterizes a triangle that is placed for a tuple already: one that was clipped.
+#[allow(clippy::too_many_arguments)]
+pub fn rasterize_tuple<S: HitSink>(
+    pattern: &SamplePattern,
+    tuple_ix: u32,
+    xy: [[i32; 2]; 3],
+    depth: [f32; 3],
+    facing: Facing,
+    samples: &RegionSamples,
+    counts: &mut SampleCounts,
+    sink: &mut S,
+) {
+    let reach = Reach::of(&Extent::around(&xy));
+    each_sample(pattern, samples, tuple_ix, reach, |sample_ix, place| {
+        counts.tests += 1;
+        let Some(hit) = triangle_hit(xy, place) else { return };
+        if !matches!(facing, Facing::Only(side) if side != hit.sign) {
+            counts.hits += 1;
+            sink.hit(sample_ix, depth_at(&hit, depth), 0, hit.sign);
+        }
+    });
 }

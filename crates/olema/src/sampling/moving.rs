@@ -177,7 +177,7 @@ impl<'a> MovingGrid<'a> {
 
     /// Indices of a vertex at the keys before and after a segment (one and the same with a single key).
     #[inline(always)]
-    pub(super) fn ends(&self, vertex: usize, segment: u16) -> [usize; 2] {
+    pub(crate) fn ends(&self, vertex: usize, segment: u16) -> [usize; 2] {
         let from = usize::from(segment) * self.num_vertices() + vertex;
         [from, if self.num_keys() == 1 { from } else { from + self.num_vertices() }]
     }
@@ -269,7 +269,7 @@ fn between(values: &[i32], [from, to]: [usize; 2], t15: i16) -> i32 {
 
 /// `value` times a fraction of 2^15, rounded.
 #[inline(always)]
-fn scaled(fraction15: i16, value: i32) -> i32 {
+pub fn scaled(fraction15: i16, value: i32) -> i32 {
     ((i64::from(fraction15) * i64::from(value) + (1 << 14)) >> 15) as i32
 }
 

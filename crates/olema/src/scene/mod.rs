@@ -74,18 +74,27 @@ impl Scene {
                 &format!("pixel aspect {}: expected above 0", camera.pixel_aspect),
             );
         }
-        if !camera.world_to_camera.all(DMat4::is_finite) {
-            return fail("camera".to_owned(), "its matrix has a number that is not finite");
-        }
+        check_shutter(camera)?;
+        check_transform(&camera.world_to_camera, || "camera".to_owned())?;
         for (ix, light) in self.lights.iter().enumerate() {
-            if !light.to_world.all(DMat4::is_finite) {
-                return fail(format!("light {ix}"), "its matrix has a number that is not finite");
-            }
+            check_transform(&light.to_world, || format!("light {ix}"))?;
         }
         for (ix, primitive) in self.primitives.iter().enumerate() {
             let name = || primitive.attributes.object_name(ix);
-            if !primitive.to_world.all(DMat4::is_finite) {
-                return fail(name(), "its matrix has a number that is not finite");
+            check_transform(&primitive.to_world, name)?;
+            let (times, num_keys) = match &primitive.geometry {
+                Geometry::Patches(mesh) => (&mesh.points.times, mesh.points.values.len()),
+                Geometry::Subdivision(mesh) => (&mesh.points.times, mesh.points.values.len()),
+            };
+            if !are_key_times(times, num_keys) {
+                return fail(
+                    name(),
+                    &format!("times {times:?} of {num_keys} keys of its points: {KEY_TIMES}"),
+                );
+            }
+            let Attributes { motion_factor, focus_factor, .. } = *primitive.attributes;
+            if ![motion_factor, focus_factor].iter().all(|factor| *factor >= 0.0 && factor.is_finite()) {
+                return fail(name(), "motion and focus factor: expected finite numbers of at least 0");
             }
             let rate = primitive.attributes.shading_rate;
             if !(rate > 0.0 && rate.is_finite()) {
@@ -108,6 +117,51 @@ impl Scene {
         self.lights.push(light);
         (self.lights.len() - 1) as u32
     }
+}
+
+/// What times of keys have to be.
+const KEY_TIMES: &str = "expected one a key, finite and ascending, or none for a single key";
+
+fn are_key_times(times: &[f32], num_keys: usize) -> bool {
+    let ascend = times.windows(2).all(|pair| pair[0] < pair[1]) && times.iter().all(|time| time.is_finite());
+    ascend && (times.len() == num_keys && num_keys > 0 || times.is_empty() && num_keys == 1)
+}
+
+fn check_transform(transform: &Transform, object: impl Fn() -> String) -> Result<(), Error> {
+    let fail = |problem: String| Err(Error::Scene { object: object(), problem });
+    if !transform.all(DMat4::is_finite) {
+        return fail("its matrix has a number that is not finite".to_owned());
+    }
+    match transform.factors().iter().find(|factor| !are_key_times(&factor.times, factor.values.len())) {
+        Some(Keyed { times, values }) => {
+            fail(format!("times {times:?} of {} keys of its matrix: {KEY_TIMES}", values.len()))
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_shutter(camera: &Camera) -> Result<(), Error> {
+    let fail = |problem: String| Err(Error::Scene { object: "camera".to_owned(), problem });
+    let [open, close] = camera.shutter;
+    if !(open <= close && open.is_finite() && close.is_finite()) {
+        return fail(format!(
+            "shutter {open} to {close}: expected two finite times, the second not before the first"
+        ));
+    }
+    let [full, closing] = camera.shutter_opening;
+    if !(0.0 <= full && full <= closing && closing <= 1.0) {
+        return fail(format!("shutter opening {full} {closing}: expected 0 <= first <= second <= 1"));
+    }
+    if let Some(Lens { fstop, focal_length, focal_distance, blade_angle, .. }) = camera.lens {
+        let is_positive = |number: f32| number > 0.0 && number.is_finite();
+        if ![fstop, focal_length, focal_distance].into_iter().all(is_positive) || !blade_angle.is_finite() {
+            return fail(format!(
+                "lens of f-stop {fstop}, focal length {focal_length} and focal distance {focal_distance}: expected \
+                 finite numbers above 0"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// How camera space becomes raster space.

@@ -141,13 +141,9 @@ impl<'a> FrameData<'a> {
         self.camera.lens.is_some() || self.patches.times.any_moves()
     }
 
-    /// How many tiles a piece of a patch meets.
-    pub fn num_touched(&self, patch: u32, bounds: &Bound) -> u32 {
-        self.tiles.touched(self.key_times(patch), bounds).count() as u32
-    }
-
-    fn key_times(&self, patch: u32) -> &[f32] {
-        &self.patches.times.sets[self.patches.patches[patch as usize].motion as usize]
+    /// How many tiles something that is bounded meets.
+    pub fn num_touched(&self, bounds: &Bound) -> u32 {
+        self.tiles.touched(bounds).count() as u32
     }
 
     /// What dicing reads.
@@ -229,13 +225,9 @@ impl<'a> FrameData<'a> {
             let Some(bounds) = count_unseen(bound(context, &piece, &region), stats) else {
                 continue;
             };
-            at_eye += u32::from(bounds.crosses);
+            at_eye += u32::from(bounds.stays_at_eye);
             // Neither motion nor defocus is a reason to split.
-            let size_px = match bounds.crosses {
-                true => [0, 2].map(|axis| (bounds.pixels[axis + 1] - bounds.pixels[axis]) as f32),
-                false => bounds.size_px,
-            };
-            let small = size_px.iter().all(|&size| size < limit);
+            let small = bounds.size_px.iter().all(|&size| size < limit);
             if !small && let Fate::Split(halves) = context.fate(&piece) {
                 stats.splits += 1;
                 stack.extend(halves);
@@ -248,7 +240,7 @@ impl<'a> FrameData<'a> {
                 Source::Piece(pieces.len() as u32 - 1)
             };
             let entry = entries.len() as u32;
-            let tiles = self.tiles.touched(self.key_times(patch), &bounds);
+            let tiles = self.tiles.touched(&bounds);
             touches.extend(tiles.map(|tile| (tile as u32, entry)));
             entries.push(Entry { source, near: bounds.depth[0] });
         }
@@ -386,13 +378,13 @@ impl Tiles {
     }
 
     /// Tiles in which something that is bounded may be seen.
-    fn touched(&self, key_times: &[f32], bounds: &Bound) -> impl Iterator<Item = usize> {
+    fn touched(&self, bounds: &Bound) -> impl Iterator<Item = usize> {
         let [columns, rows] = self.range(bounds.pixels);
         let all = rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column));
         all.filter(move |&tile| {
             let Region { x0, x1, y0, y1 } = self.sample_region(self.interior(tile));
             let rectangle = [x0, x1, y0, y1].map(|px| px as f32);
-            key_times.len() == 1 || bounds.sweep.meets(key_times, rectangle).is_some()
+            bounds.sweep.meets(rectangle).is_some()
         })
     }
 }

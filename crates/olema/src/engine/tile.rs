@@ -182,7 +182,7 @@ impl<'a> TileWorker<'a> {
                 self.stats.seconds.split += watch.seconds();
                 continue;
             };
-            at_eye += u32::from(bounds.crosses);
+            at_eye += u32::from(bounds.stays_at_eye);
             if at_eye > MOST_AT_EYE {
                 let warning =
                     "too many pieces pass the eye in one tile; the rest of them is not drawn".to_owned();
@@ -226,7 +226,7 @@ impl<'a> TileWorker<'a> {
         let num_vertices = (u64::from(i[1] - i[0]) + 1) * (u64::from(j[1] - j[0]) + 1);
         let num_keys = self.frame.patches.num_keys(piece.patch) as u64;
         let bytes = num_vertices * (24 + 16 * num_keys) + size_of::<Grid>() as u64;
-        match self.cache.look_up(&key, self.frame.num_touched(piece.patch, bounds), bytes) {
+        match self.cache.look_up(&key, self.frame.num_touched(bounds), bytes) {
             Lookup::Shared(shared) => Arc::clone(shared.get_or_init(|| self.make(piece))),
             Lookup::Alone { again } => {
                 self.stats.grids_again += u64::from(again);

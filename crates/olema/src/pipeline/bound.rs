@@ -8,7 +8,7 @@
 use glam::Vec3;
 
 use crate::geometry::RasterCamera;
-
+use crate::geometry::camera::GUARD_BAND_PX;
 use crate::sampling::Region;
 
 use super::piece::{Piece, uv_box};
@@ -21,11 +21,12 @@ pub struct Bound {
     pub pixels: [i32; 4],
     /// Nearest and farthest depth.
     pub depth: [f32; 2],
-    /// It reaches in front of the near plane at some time, so that it may be anywhere on the raster.
-    pub crosses: bool,
-    /// Its largest width and height at any one time and in focus, in pixels; 0 where it crosses.
+    /// It reaches in front of the near plane all the time.
+    pub stays_at_eye: bool,
+    /// Its largest width and height at any one time and in focus, in pixels; of the region where it
+    /// passes the near plane.
     pub size_px: [f32; 2],
-    /// When it can be where; everywhere at all times where it crosses.
+    /// When it can be where.
     pub sweep: Sweep,
     /// When it can be seen by a sample of the region that was asked for.
     pub times: TimeRange,
@@ -46,38 +47,170 @@ pub type TimeRange = [f32; 2];
 /// The whole time.
 pub const ALWAYS: TimeRange = [0.0, 1.0];
 
-/// Boxes on the raster at key times, `[x0, x1, y0, y1]`; between keys all sides move evenly. None at all are
-/// everywhere.
+/// Boxes on the raster over the time, `[x0, x1, y0, y1]` in pixels.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sweep {
-    boxes: Vec<[f32; 4]>,
+    segments: Vec<Segment>,
+}
+
+/// A box between two times, all of whose sides move evenly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Segment {
+    times: TimeRange,
+    ends: [[f32; 4]; 2],
 }
 
 impl Sweep {
-    /// The sweep of one box a key time.
-    pub fn new(boxes: Vec<[f32; 4]>) -> Self {
-        Sweep { boxes }
+    /// One box a key time.
+    pub fn of_boxes(boxes: &[[f32; 4]], key_times: &[f32]) -> Self {
+        if let [only] = boxes {
+            return Sweep { segments: vec![Segment { times: ALWAYS, ends: [*only; 2] }] };
+        }
+        let pairs = boxes.windows(2).zip(key_times.windows(2));
+        // What is in front of the near plane at one of two keys only moves in no box from one to the other.
+        let seen = pairs.filter(|(ends, _)| ends.iter().all(|end| end[0] <= end[1]));
+        let segment = |(ends, times): (&[[f32; 4]], &[f32])| Segment {
+            times: [times[0], times[1]],
+            ends: [ends[0], ends[1]],
+        };
+        Sweep { segments: seen.map(segment).collect() }
     }
 
-    /// The time in which it can meet the closed rectangle `[x0, x1, y0, y1]`, if it does.
-    pub fn meets(&self, key_times: &[f32], rectangle: [f32; 4]) -> Option<TimeRange> {
-        match self.boxes.as_slice() {
-            [] => Some(ALWAYS),
-            [only] => segment_meets([only, only], rectangle).map(|_| ALWAYS),
-            boxes => {
-                let mut range: Option<TimeRange> = None;
-                for (ends, times) in boxes.windows(2).zip(key_times.windows(2)) {
-                    let Some(part) = segment_meets([&ends[0], &ends[1]], rectangle) else { continue };
-                    let at = |part: f32| times[0] + (times[1] - times[0]) * part;
-                    // Rounding of the division, and of times to 1/32768.
-                    let (from, to) = (at(part[0]) - ROUNDING_TIME, at(part[1]) + ROUNDING_TIME);
-                    let [first, last] = range.unwrap_or([from, to]);
-                    range = Some([first.min(from).max(0.0), last.max(to).min(1.0)]);
-                }
-                range
+    /// Adds what moves on straight lines in camera space, not on the raster: what passes the near plane.
+    fn add_slices(
+        &mut self,
+        [from, to]: [&KeyExtent; 2],
+        camera: &RasterCamera,
+        times: TimeRange,
+        grow_px: f32,
+    ) {
+        for slice in 0..SLICES {
+            let parts = [slice, slice + 1].map(|step| step as f32 / SLICES as f32);
+            let [a, b] = parts.map(|part| from.between(to, part));
+            let both = KeyExtent { least: a.least.min(b.least), most: a.most.max(b.most), raster: NOWHERE };
+            if let Some(held) = both.project(camera) {
+                let times = parts.map(|part| times[0] + (times[1] - times[0]) * part);
+                self.segments.push(Segment { times, ends: [grown(held, grow_px); 2] });
             }
         }
     }
+
+    /// The box that holds it at all times; upside down for one that is nowhere.
+    pub fn whole(&self) -> [f32; 4] {
+        let ends = self.segments.iter().flat_map(|segment| &segment.ends);
+        ends.fold(NOWHERE, |all, b| union(&all, b))
+    }
+
+    /// The time in which it can meet the closed rectangle `[x0, x1, y0, y1]`, if it does.
+    pub fn meets(&self, rectangle: [f32; 4]) -> Option<TimeRange> {
+        let mut range: Option<TimeRange> = None;
+        for Segment { times, ends } in &self.segments {
+            let Some(part) = segment_meets([&ends[0], &ends[1]], rectangle) else { continue };
+            let at = |part: f32| times[0] + (times[1] - times[0]) * part;
+            // Rounding of the division, and of times to 1/32768.
+            let (from, to) = (at(part[0]) - ROUNDING_TIME, at(part[1]) + ROUNDING_TIME);
+            let [first, last] = range.unwrap_or([from, to]);
+            range = Some([first.min(from).max(0.0), last.max(to).min(1.0)]);
+        }
+        range
+    }
+}
+
+const NOWHERE: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
+
+fn union(a: &[f32; 4], b: &[f32; 4]) -> [f32; 4] {
+    [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
+}
+
+fn grown(b: [f32; 4], by: f32) -> [f32; 4] {
+    [b[0] - by, b[1] + by, b[2] - by, b[3] + by]
+}
+
+/// Something at one key.
+#[derive(Debug, Clone, Copy)]
+pub struct KeyExtent {
+    /// Box in camera space.
+    pub least: Vec3,
+    /// Its other corner.
+    pub most: Vec3,
+    /// Box on the raster of what is in front of the near plane.
+    pub raster: [f32; 4],
+}
+
+impl KeyExtent {
+    /// Around nothing.
+    pub const EMPTY: KeyExtent =
+        KeyExtent { least: Vec3::INFINITY, most: Vec3::NEG_INFINITY, raster: NOWHERE };
+
+    /// Grows to hold a point.
+    #[inline(always)]
+    pub fn include(&mut self, camera: &RasterCamera, p: Vec3) {
+        self.least = self.least.min(p);
+        self.most = self.most.max(p);
+        if p.z >= camera.near {
+            let [x, y] = camera.project(p);
+            self.raster = union(&self.raster, &[x, x, y, y]);
+        }
+    }
+
+    /// Whether a vertex within may take the slow path.
+    fn may_be_slow(&self, camera: &RasterCamera) -> bool {
+        let is_near = self.raster.iter().all(|px| px.abs() <= GUARD_BAND_PX);
+        let depth = [self.least.z, self.most.z];
+        !(depth[0] >= camera.near && depth[1] <= camera.far && is_near)
+            || camera.greatest_coc_px(depth) > GUARD_BAND_PX
+    }
+
+    /// The box on the raster of the part of the camera-space box that is in front of the near plane, if there is any.
+    fn project(&self, camera: &RasterCamera) -> Option<[f32; 4]> {
+        let [near, far] = [self.least.z.max(camera.near), self.most.z];
+        if far.is_nan() || far < camera.near {
+            return None;
+        }
+        let along = |least: f32, most: f32, scale: f32, center: f32| {
+            let ends = if camera.perspective {
+                [
+                    if least < 0.0 { least / near } else { least / far },
+                    if most > 0.0 { most / near } else { most / far },
+                ]
+            } else {
+                [least, most]
+            };
+            let [a, b] = ends.map(|end| end * scale + center);
+            [a.min(b), a.max(b)]
+        };
+        let [x0, x1] = along(self.least.x, self.most.x, camera.scale[0], camera.center[0]);
+        let [y0, y1] = along(self.least.y, self.most.y, -camera.scale[1], camera.center[1]);
+        let coc = camera.greatest_coc_px([near, far]);
+        Some(grown([x0, x1, y0, y1], coc))
+    }
+
+    /// Part of the way to another.
+    fn between(&self, to: &KeyExtent, part: f32) -> KeyExtent {
+        let mix = |from: Vec3, to: Vec3| from + (to - from) * part;
+        KeyExtent { least: mix(self.least, to.least), most: mix(self.most, to.most), raster: NOWHERE }
+    }
+}
+
+/// Parts into which the time between two keys is cut for what passes the near plane.
+const SLICES: usize = 16;
+
+/// Where something is over the time, given where it is at the keys; `grow_px` is added to all sides.
+pub fn sweep(camera: &RasterCamera, keys: &[KeyExtent], key_times: &[f32], grow_px: f32) -> Sweep {
+    let box_of = |key: &KeyExtent| {
+        if key.may_be_slow(camera) {
+            return key.project(camera).unwrap_or(NOWHERE);
+        }
+        grown(key.raster, camera.greatest_coc_px([key.least.z, key.most.z]))
+    };
+    let boxes: Vec<[f32; 4]> = keys.iter().map(|key| grown(box_of(key), grow_px)).collect();
+    let mut swept = Sweep::of_boxes(&boxes, key_times);
+    for (ends, times) in keys.windows(2).zip(key_times.windows(2)) {
+        if ends.iter().any(|key| key.may_be_slow(camera)) {
+            swept.add_slices([&ends[0], &ends[1]], camera, [times[0], times[1]], grow_px);
+        }
+    }
+    swept
 }
 
 /// A little more than 1/32768 of the shutter.
@@ -117,19 +250,11 @@ pub fn bound(context: &SplitContext, piece: &Piece, region: &Region) -> Result<B
         keys.push(hull.key);
     }
     let rounding = hull.rounding();
-    hull.finish(&keys, key_times, patch.slack + rounding)
+    hull.finish(&mut keys, key_times, patch.slack + rounding)
 }
 
 /// Rounding of an evaluated point, relative to the largest coordinate around it.
 const ROUNDING: f32 = 2e-6;
-
-/// What is known of one key.
-#[derive(Debug, Clone, Copy)]
-struct Key {
-    depth: [f32; 2],
-    /// Raster box of the points in front of the near plane.
-    raster: [f32; 4],
-}
 
 /// Accumulates hull points.
 struct Hull<'a> {
@@ -138,34 +263,28 @@ struct Hull<'a> {
     depth: [f32; 2],
     /// Largest coordinate.
     reach: f32,
-    key: Key,
+    key: KeyExtent,
     /// Largest signed distance to the planes through the region's left, right, top and bottom border, in
     /// pixels times depth, positive inside: all points negative means outside, in front of the eye or behind.
     inside: [f32; 4],
 }
 
-const NOTHING: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
-
 impl<'a> Hull<'a> {
     fn new(camera: &'a RasterCamera, region: &'a Region) -> Self {
-        let key = Key { depth: NOTHING, raster: [NOTHING[0], NOTHING[1], NOTHING[0], NOTHING[1]] };
-        Hull { camera, region, depth: NOTHING, reach: 0.0, key, inside: [f32::NEG_INFINITY; 4] }
+        let key = KeyExtent::EMPTY;
+        let depth = [f32::INFINITY, f32::NEG_INFINITY];
+        Hull { camera, region, depth, reach: 0.0, key, inside: [f32::NEG_INFINITY; 4] }
     }
 
     fn begin_key(&mut self) {
-        self.key = Key { depth: NOTHING, raster: [NOTHING[0], NOTHING[1], NOTHING[0], NOTHING[1]] };
+        self.key = KeyExtent::EMPTY;
     }
 
     #[inline(always)]
     fn include(&mut self, p: Vec3) {
         self.depth = [self.depth[0].min(p.z), self.depth[1].max(p.z)];
-        self.key.depth = [self.key.depth[0].min(p.z), self.key.depth[1].max(p.z)];
+        self.key.include(self.camera, p);
         self.reach = self.reach.max(p.abs().max_element());
-        if p.z >= self.camera.near {
-            let [x, y] = self.camera.project(p);
-            let r = &mut self.key.raster;
-            *r = [r[0].min(x), r[1].max(x), r[2].min(y), r[3].max(y)];
-        }
         let w = if self.camera.perspective { p.z } else { 1.0 };
         let x = p.x * self.camera.scale[0] + self.camera.center[0] * w;
         let y = self.camera.center[1] * w - p.y * self.camera.scale[1];
@@ -187,51 +306,43 @@ impl<'a> Hull<'a> {
         self.camera.lens.map_or(0.0, |lens| of(depth[0], lens).max(of(depth[1], lens)))
     }
 
-    fn finish(&self, keys: &[Key], key_times: &[f32], slack: f32) -> Result<Bound, Unseen> {
+    fn finish(&self, keys: &mut [KeyExtent], key_times: &[f32], slack: f32) -> Result<Bound, Unseen> {
         let depth = [self.depth[0] - slack, self.depth[1] + slack];
         if depth[1] < self.camera.near || depth[0] > self.camera.far {
             return Err(Unseen::Depth);
         }
-        let crosses = depth[0] < self.camera.near && self.camera.perspective;
         let slack_px = slack * self.camera.scale[0].abs().max(self.camera.scale[1].abs());
         let reach = slack_px + self.lens_slack(depth);
         if self.inside.iter().any(|&inside| inside < -reach) {
             return Err(Unseen::Frustum);
         }
-        let Region { x0, x1, y0, y1 } = *self.region;
-        // An orthographic piece that reaches behind the near plane is bounded by all of its points; those in
-        // front alone would miss the cut.
-        if crosses || self.depth[0] < self.camera.near || !slack_px.is_finite() {
-            let pixels = [x0, x1 - 1, y0, y1 - 1];
-            let sweep = Sweep::default();
-            return Ok(Bound { pixels, depth, crosses: true, size_px: [0.0; 2], sweep, times: ALWAYS });
+        let crosses = depth[0] < self.camera.near;
+        let grow =
+            0.01 + if self.camera.perspective { slack_px / depth[0].max(self.camera.near) } else { slack_px };
+        for key in keys.iter_mut() {
+            (key.least, key.most) = (key.least - slack, key.most + slack);
+            key.raster = grown(key.raster, grow);
         }
-        let mut size_px = [0.0f32; 2];
-        let boxes: Vec<[f32; 4]> = keys
-            .iter()
-            .map(|key| {
-                let grow = 0.01 + if self.camera.perspective { slack_px / depth[0] } else { slack_px };
-                let r = key.raster;
-                size_px =
-                    [size_px[0].max(r[1] - r[0] + 2.0 * grow), size_px[1].max(r[3] - r[2] + 2.0 * grow)];
-                let grow = grow + self.camera.greatest_coc_px([key.depth[0] - slack, key.depth[1] + slack]);
-                [r[0] - grow, r[1] + grow, r[2] - grow, r[3] + grow]
-            })
-            .collect();
-        let all = boxes.iter().fold([NOTHING[0], NOTHING[1], NOTHING[0], NOTHING[1]], |all, b| {
-            [all[0].min(b[0]), all[1].max(b[1]), all[2].min(b[2]), all[3].max(b[3])]
-        });
-        let pixels = all.map(|px| px.floor().clamp(-2e9, 2e9) as i32);
-        let sweep = Sweep::new(boxes);
-        let rectangle = [x0, x1, y0, y1].map(|px| px as f32);
-        if pixels[0] >= x1 || pixels[1] < x0 || pixels[2] >= y1 || pixels[3] < y0 {
+        // What passes the near plane is bounded by its box in camera space, which holds the slack already.
+        let sweep = sweep(self.camera, keys, key_times, 0.01);
+        let Region { x0, x1, y0, y1 } = *self.region;
+        let whole = sweep.whole().map(|px| px.floor().clamp(-2e9, 2e9) as i32);
+        if whole[0] >= x1 || whole[1] < x0 || whole[2] >= y1 || whole[3] < y0 {
             return Err(Unseen::Frustum);
         }
-        let times = match keys.len() {
-            1 => ALWAYS,
-            _ => sweep.meets(key_times, rectangle).ok_or(Unseen::Frustum)?,
+        let rectangle = [x0, x1, y0, y1].map(|px| px as f32);
+        let times = sweep.meets(rectangle).ok_or(Unseen::Frustum)?;
+        let size = |key: &KeyExtent| [key.raster[1] - key.raster[0], key.raster[3] - key.raster[2]];
+        let size_px = if crosses {
+            let within = [whole[0].max(x0), whole[1].min(x1 - 1), whole[2].max(y0), whole[3].min(y1 - 1)];
+            [0, 2].map(|axis| (within[axis + 1] - within[axis]) as f32)
+        } else {
+            keys.iter()
+                .map(size)
+                .fold([0.0; 2], |most: [f32; 2], size| [most[0].max(size[0]), most[1].max(size[1])])
         };
-        Ok(Bound { pixels, depth, crosses: false, size_px, sweep, times })
+        let stays_at_eye = keys.iter().all(|key| key.least.z < self.camera.near);
+        Ok(Bound { pixels: whole, depth, stays_at_eye, size_px, sweep, times })
     }
 }
 
@@ -239,20 +350,24 @@ impl<'a> Hull<'a> {
 mod tests {
     use super::*;
 
+    fn sweep_of(boxes: &[[f32; 4]], key_times: &[f32]) -> Sweep {
+        Sweep::of_boxes(boxes, key_times)
+    }
+
     #[test]
     fn a_box_that_passes_meets_a_rectangle_for_a_while() {
-        let sweep = Sweep::new(vec![[0.0, 1.0, 0.0, 1.0], [100.0, 101.0, 0.0, 1.0]]);
-        let [from, to] = sweep.meets(&[0.0, 1.0], [50.0, 60.0, 0.0, 8.0]).expect("it passes");
+        let sweep = sweep_of(&[[0.0, 1.0, 0.0, 1.0], [100.0, 101.0, 0.0, 1.0]], &[0.0, 1.0]);
+        let [from, to] = sweep.meets([50.0, 60.0, 0.0, 8.0]).expect("it passes");
         assert!((from - 0.49).abs() < 2e-3 && (to - 0.6).abs() < 2e-3, "{from} {to}");
-        assert_eq!(sweep.meets(&[0.0, 1.0], [50.0, 60.0, 2.0, 8.0]), None);
-        assert_eq!(sweep.meets(&[0.0, 1.0], [-5.0, 200.0, -1.0, 8.0]), Some(ALWAYS));
+        assert_eq!(sweep.meets([50.0, 60.0, 2.0, 8.0]), None);
+        assert_eq!(sweep.meets([-5.0, 200.0, -1.0, 8.0]), Some(ALWAYS));
     }
 
     #[test]
     fn a_box_on_a_diagonal_misses_the_corners_of_its_path() {
-        let sweep = Sweep::new(vec![[0.0, 1.0, 0.0, 1.0], [100.0, 101.0, 100.0, 101.0]]);
-        assert_eq!(sweep.meets(&[0.0, 1.0], [80.0, 90.0, 10.0, 20.0]), None);
-        assert!(sweep.meets(&[0.0, 1.0], [40.0, 50.0, 40.0, 50.0]).is_some());
+        let sweep = sweep_of(&[[0.0, 1.0, 0.0, 1.0], [100.0, 101.0, 100.0, 101.0]], &[0.0, 1.0]);
+        assert_eq!(sweep.meets([80.0, 90.0, 10.0, 20.0]), None);
+        assert!(sweep.meets([40.0, 50.0, 40.0, 50.0]).is_some());
     }
 
     #[test]

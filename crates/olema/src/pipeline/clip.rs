@@ -55,15 +55,20 @@ pub fn clip_triangle(
     fixed: [Option<[i32; 2]>; 3],
     lens: [i16; 2],
 ) -> Clipped {
+    let empty = ClippedVertex { raster: [0; 2], depth: 0.0, weights: [0.0; 3] };
+    if p.iter().all(|p| p.z < camera.near) {
+        return Clipped { vertices: [empty; MAX_VERTICES], len: 0 };
+    }
     let mut polygon = Polygon { vertices: [ZERO; MAX_VERTICES], len: 0 };
     for ix in 0..3 {
         let weights = DVec3::AXES[ix];
         polygon.push(Vertex { p: p[ix].as_dvec3(), weights, fixed: fixed[ix] });
     }
     for plane in planes(camera) {
-        polygon = polygon.clip(plane);
+        if !polygon.is_inside(plane) {
+            polygon = polygon.clip(plane);
+        }
     }
-    let empty = ClippedVertex { raster: [0; 2], depth: 0.0, weights: [0.0; 3] };
     let mut clipped = Clipped { vertices: [empty; MAX_VERTICES], len: polygon.len };
     for (out, v) in clipped.vertices.iter_mut().zip(&polygon.vertices[..polygon.len]) {
         *out = ClippedVertex {
@@ -73,6 +78,14 @@ pub fn clip_triangle(
         };
     }
     clipped
+}
+
+impl Vertex {
+    /// How far inside of a half space it is; one that is not slow is inside, whatever rounding says.
+    fn distance(&self, normal: DVec3, offset: f64) -> f64 {
+        let distance = normal.dot(self.p) + offset;
+        if self.fixed.is_some() { distance.max(0.0) } else { distance }
+    }
 }
 
 const ZERO: Vertex = Vertex { p: DVec3::ZERO, weights: DVec3::ZERO, fixed: None };
@@ -120,15 +133,15 @@ impl Polygon {
         }
     }
 
+    fn is_inside(&self, (normal, offset): (DVec3, f64)) -> bool {
+        self.vertices[..self.len].iter().all(|v| v.distance(normal, offset) >= 0.0)
+    }
+
     fn clip(&self, (normal, offset): (DVec3, f64)) -> Polygon {
         let mut kept = Polygon { vertices: [ZERO; MAX_VERTICES], len: 0 };
-        // A vertex that is not slow is inside, whatever rounding says.
-        let distance = |v: &Vertex| {
-            if v.fixed.is_some() { (normal.dot(v.p) + offset).max(0.0) } else { normal.dot(v.p) + offset }
-        };
         for ix in 0..self.len {
             let (a, b) = (&self.vertices[ix], &self.vertices[(ix + 1) % self.len]);
-            let (da, db) = (distance(a), distance(b));
+            let (da, db) = (a.distance(normal, offset), b.distance(normal, offset));
             if da >= 0.0 {
                 kept.push(*a);
             }

@@ -120,7 +120,7 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
             });
         }
     }
-    grid.close();
+    grid.close(frame.camera, &frame.patches.times.sets[patch.motion as usize]);
     let mut points = shading_points(frame, piece.patch, &uv, info, ring.as_ref());
     points.i = collect(shaded_at.iter().map(|&p| frame.camera.incident(p)));
     points.p = collect(shaded_at.into_iter());

@@ -4,11 +4,15 @@ use std::cmp::Ordering;
 
 use glam::Vec3;
 
+use crate::geometry::RasterCamera;
 use crate::math::Vec3s;
 use crate::sampling::Region;
 use crate::scene::{ShadingInterpolation, Sides};
 
-use super::bound::{ALWAYS, Sweep, TimeRange};
+use super::bound::{KeyExtent, Sweep, TimeRange, sweep};
+
+/// More than the rounding of positions: each of their terms is rounded to 1/256 of a pixel.
+const ROUNDING_PX: f32 = 1.0 / 64.0;
 
 /// Where a grid comes from. Its order is the canonical order that decides between equal depths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -55,7 +59,7 @@ pub struct Grid {
     pub opacity: Vec3s,
     /// How its micropolygons are drawn.
     pub look: Look,
-    /// Where the fast vertices are when, circles of confusion included, in pixels.
+    /// Where its vertices are when, circles of confusion included.
     pub sweep: Sweep,
 }
 
@@ -103,37 +107,40 @@ impl Grid {
     }
 
     /// Once the vertices of all keys are placed: bounds them, and lets go of what is not needed.
-    pub fn close(&mut self) {
+    pub fn close(&mut self, camera: &RasterCamera, key_times: &[f32]) {
         if self.coc.iter().all(|&coc| coc == 0) {
             self.coc = Vec::new();
         }
-        if self.slow.is_slow.is_empty() {
-            self.slow.p = Vec::new();
-        }
         let num = self.num_vertices();
-        let is_fast = |vertex: usize| !self.slow.is_slow.get(vertex).copied().unwrap_or(false);
+        if self.has_slow() {
+            let extent = |p: &[Vec3]| {
+                let mut extent = KeyExtent::EMPTY;
+                p.iter().for_each(|&p| extent.include(camera, p));
+                extent
+            };
+            let keys: Vec<KeyExtent> = self.slow.p.chunks(num).map(extent).collect();
+            self.sweep = sweep(camera, &keys, key_times, ROUNDING_PX);
+            return;
+        }
+        self.slow.p = Vec::new();
         let boxes = (0..self.keys as usize).map(|key| {
-            let (mut most, mut coc) = ([i32::MAX, i32::MIN, i32::MAX, i32::MIN], 0);
-            for ix in (0..num).filter(|&vertex| is_fast(vertex)).map(|vertex| key * num + vertex) {
-                let (x, y) = (self.x[ix], self.y[ix]);
-                most = [most[0].min(x), most[1].max(x), most[2].min(y), most[3].max(y)];
-                coc = coc.max(self.coc.get(ix).map_or(0, |coc| coc.abs()));
-            }
-            // Each term of a position is rounded; whole pixels in f32 up to the guard band.
-            let grow = coc as f32 / 256.0 + 1.0 / 64.0;
-            let [x0, x1, y0, y1] = most.map(|c| c as f32 / 256.0);
+            let of_key = key * num..(key + 1) * num;
+            let range = |values: &[i32]| {
+                let ends = values.iter().fold([i32::MAX, i32::MIN], |r, &v| [r[0].min(v), r[1].max(v)]);
+                ends.map(|end| end as f32 / 256.0)
+            };
+            let ([x0, x1], [y0, y1]) = (range(&self.x[of_key.clone()]), range(&self.y[of_key.clone()]));
+            let coc = self.coc.get(of_key).map_or(0, |coc| coc.iter().fold(0, |most, c| most.max(c.abs())));
+            let grow = coc as f32 / 256.0 + ROUNDING_PX;
             [x0 - grow, x1 + grow, y0 - grow, y1 + grow]
         });
-        self.sweep = Sweep::new(boxes.collect());
+        self.sweep = Sweep::of_boxes(&boxes.collect::<Vec<_>>(), key_times);
     }
 
-    /// When a sample of `region` can see it; `None` where none can. A grid with slow vertices may be anywhere.
-    pub fn meets(&self, key_times: &[f32], region: Region) -> Option<TimeRange> {
-        if self.has_slow() {
-            return Some(ALWAYS);
-        }
+    /// When a sample of `region` can see it; `None` where none can.
+    pub fn meets(&self, region: Region) -> Option<TimeRange> {
         let Region { x0, x1, y0, y1 } = region;
-        self.sweep.meets(key_times, [x0, x1, y0, y1].map(|px| px as f32))
+        self.sweep.meets([x0, x1, y0, y1].map(|px| px as f32))
     }
 
     /// Whether it moves or is out of focus.

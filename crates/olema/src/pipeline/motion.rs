@@ -20,6 +20,9 @@ const MOST_HALVINGS: u32 = 8;
 /// Control points of a primitive whose paths are looked at.
 const PROBES: usize = 1024;
 
+/// Paths longer than this may be less exact along their direction, in proportion.
+const LONG_PX: f32 = 8.0;
+
 /// Parts of the shutter closer than this are one time.
 const SAME_TIME: f32 = 1e-5;
 
@@ -243,7 +246,8 @@ impl<'a> Paths<'a> {
         first.max(self.halve(&middle, to, left - 1, times))
     }
 
-    /// Greatest distance of a point at the middle from the middle of its places before and after.
+    /// Greatest distance of a point at the middle from the middle of its places before and after. Along a long path
+    /// it counts for less: the farther something moves, the fainter is what it leaves anywhere.
     fn error(&self, from: &Places, middle: &Places, to: &Places) -> f32 {
         let mut most = 0.0f32;
         for ((from, middle), to) in from.iter().zip(middle).zip(to) {
@@ -253,8 +257,17 @@ impl<'a> Paths<'a> {
                 middle[c] + middle[2].abs() >= low && middle[c] - middle[2].abs() <= high
             });
             if matters {
-                let apart = (0..3).map(|c| (middle[c] - (from[c] + to[c]) * 0.5).abs());
-                most = apart.fold(most, f32::max);
+                let [x, y, coc]: [f32; 3] = std::array::from_fn(|c| middle[c] - (from[c] + to[c]) * 0.5);
+                let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+                let length = (dx * dx + dy * dy).sqrt();
+                let apart = if length > LONG_PX {
+                    let (along, across) =
+                        ((x * dx + y * dy).abs() / length, (x * dy - y * dx).abs() / length);
+                    across.max(along * (LONG_PX / length))
+                } else {
+                    (x * x + y * y).sqrt()
+                };
+                most = most.max(apart).max(coc.abs());
             }
         }
         most

@@ -48,8 +48,10 @@ impl Fineness {
         (self.shading_rate * motion * focus).sqrt()
     }
 
-    fn follows_blur(&self) -> bool {
-        self.motion_factor > 0.0 || self.focus_factor > 0.0
+    /// The same for points at several keys.
+    fn side_px_of<const N: usize>(&self, camera: &RasterCamera, keys: &[[Vec3; N]]) -> f32 {
+        let follows_blur = self.motion_factor > 0.0 || self.focus_factor > 0.0;
+        self.side_px(if follows_blur { least_blur(camera, keys) } else { Blur::NONE })
     }
 }
 
@@ -63,11 +65,75 @@ struct Blur {
     focus_px: f32,
 }
 
-/// Keys at which sizes are measured, of `num_keys`: at most five, the first and the last among them.
-pub fn measured_keys(num_keys: usize) -> impl Iterator<Item = usize> {
-    let num = num_keys.min(5);
-    (0..num).map(move |ix| if num == 1 { 0 } else { ix * (num_keys - 1) / (num - 1) })
+impl Blur {
+    const NONE: Blur = Blur { motion_px: 0.0, focus_px: 0.0 };
 }
+
+/// Motion keys at which sizes are measured, with the part of the shutter that each stands for: at most five, spread
+/// evenly over the time.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredKeys {
+    keys: [(usize, f32); 5],
+    len: usize,
+}
+
+impl MeasuredKeys {
+    /// Of these key times, at least one.
+    pub fn new(key_times: &[f32]) -> Self {
+        let mut measured = MeasuredKeys { keys: [(0, 1.0); 5], len: 1 };
+        if key_times.len() == 1 {
+            return measured;
+        }
+        measured.len = 0;
+        for wanted in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            let apart = |key: &usize| (key_times[*key] - wanted).abs();
+            let nearest = (0..key_times.len()).min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or(0);
+            if measured.len == 0 || measured.keys[measured.len - 1].0 != nearest {
+                measured.keys[measured.len] = (nearest, 0.0);
+                measured.len += 1;
+            }
+        }
+        for ix in 1..measured.len {
+            let [before, after] = [ix - 1, ix].map(|ix| key_times[measured.keys[ix].0]);
+            measured.keys[ix - 1].1 += (after - before) / 2.0;
+            measured.keys[ix].1 += (after - before) / 2.0;
+        }
+        measured
+    }
+
+    /// The keys.
+    pub fn keys(&self) -> impl Iterator<Item = usize> + '_ {
+        self.keys[..self.len].iter().map(|(key, _)| *key)
+    }
+
+    fn weights(&self) -> impl Iterator<Item = f32> + '_ {
+        self.keys[..self.len].iter().map(|(_, weight)| *weight)
+    }
+
+    /// The depth from which on lengths count. What moves past the eye is not diced for the moment in which it is
+    /// closest; where it is nowhere in front of the near plane, `None` at first, it is measured as if it stood still.
+    fn least_depths(&self, camera: &RasterCamera) -> impl Iterator<Item = f32> {
+        let visible = (self.len > 1 && camera.perspective).then_some(camera.near);
+        visible.into_iter().chain([eye_depth(camera)])
+    }
+
+    /// The length to dice for, of lengths at the keys: the largest, as long as it is not many times the mean.
+    fn wanted(&self, lengths: impl Iterator<Item = Option<f32>>) -> Option<f32> {
+        let (mut sum, mut total, mut largest) = (0.0f32, 0.0f32, None);
+        for (length, weight) in lengths.zip(self.weights()) {
+            let Some(length) = length else { continue };
+            sum += weight * length;
+            total += weight;
+            largest = Some(length.max(largest.unwrap_or(0.0)));
+        }
+        // A single key keeps its length to the last bit.
+        largest.map(|largest| if total > 0.0 { largest.min(MOST_OVER_MEAN * (sum / total)) } else { largest })
+    }
+}
+
+/// How much longer than on the mean over the time something may be and still be diced for that: it is blurred so
+/// much that nothing finer shows. What grows evenly is at most twice the mean.
+const MOST_OVER_MEAN: f32 = 2.0;
 
 /// How an edge is cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,39 +146,39 @@ pub enum Rate {
     Eye,
 }
 
-/// Points on a line at one key.
-type Probes = [Vec3; PROBES + 1];
-
-/// Rate of a curve that is at `point(t, key)`, t in [0, 1], at `keys`, given how finely it is wanted: the finest that
-/// any key asks for. Where the curve reaches the eye plane at some keys only, the others decide.
+/// Rate of a curve that is at `point(t, key)`, t in [0, 1], given how finely it is wanted, for the size that it has
+/// at its largest. Where it reaches the eye plane at some keys only, the others decide.
 pub fn rate(
     camera: &RasterCamera,
     fineness: Fineness,
-    keys: impl Iterator<Item = usize>,
+    keys: &MeasuredKeys,
     mut point: impl FnMut(f32, usize) -> Vec3,
 ) -> Rate {
-    let mut at = |key: usize| -> Probes { std::array::from_fn(|ix| point(ix as f32 / PROBES as f32, key)) };
-    let mut result = Rate::Eye;
-    if !fineness.follows_blur() {
-        let side_px = fineness.side_px(Blur { motion_px: 0.0, focus_px: 0.0 });
-        keys.for_each(|key| result = result.finer(rate_at(camera, side_px, &at(key))));
-        return result;
+    let mut probes = [[Vec3::ZERO; PROBES + 1]; 5];
+    for (probes, key) in probes.iter_mut().zip(keys.keys()) {
+        *probes = std::array::from_fn(|ix| point(ix as f32 / PROBES as f32, key));
     }
-    let probes: Vec<Probes> = keys.map(at).collect();
-    let side_px = fineness.side_px(least_blur(camera, &probes));
-    probes.iter().for_each(|points| result = result.finer(rate_at(camera, side_px, points)));
-    result
-}
-
-impl Rate {
-    /// The finer of two keys' rates; one that is not defined leaves it to the other.
-    fn finer(self, other: Rate) -> Rate {
-        match (self, other) {
-            (Rate::Eye, rate) | (rate, Rate::Eye) => rate,
-            (Rate::Even(a), Rate::Even(b)) => Rate::Even(a.max(b)),
-            _ => Rate::Uneven,
+    let probes = &probes[..keys.len];
+    let side_px = fineness.side_px_of(camera, probes);
+    for least_depth in keys.least_depths(camera) {
+        let mut lengths = [None; 5];
+        for (length, points) in lengths.iter_mut().zip(probes) {
+            *length = lengths_at(camera, least_depth, points);
         }
+        let lengths = &lengths[..keys.len];
+        let Some(wanted) = keys.wanted(lengths.iter().map(|length| length.map(|(total, _)| total))) else {
+            continue;
+        };
+        // A curve of a segment or two is never worth halving.
+        let is_uneven = |&(total, longest): &(f32, f32)| {
+            total.min(wanted) / side_px > 2.0 && longest * PROBES as f32 > EVENNESS * total
+        };
+        if lengths.iter().flatten().any(is_uneven) {
+            return Rate::Uneven;
+        }
+        return Rate::Even((wanted / side_px).round().clamp(1.0, MAX_SEGMENTS) as u32);
     }
+    Rate::Eye
 }
 
 /// Least length of the path of any of the points, and least diameter of any of their circles of confusion; 0 where
@@ -120,7 +186,7 @@ impl Rate {
 fn least_blur<const N: usize>(camera: &RasterCamera, keys: &[[Vec3; N]]) -> Blur {
     let is_defined = |p: &Vec3| p.z >= eye_depth(camera);
     if !keys.iter().flatten().all(is_defined) {
-        return Blur { motion_px: 0.0, focus_px: 0.0 };
+        return Blur::NONE;
     }
     let path = |ix: usize| -> f32 {
         let places = keys.iter().map(|points| camera.project(points[ix]));
@@ -131,11 +197,7 @@ fn least_blur<const N: usize>(camera: &RasterCamera, keys: &[[Vec3; N]]) -> Blur
         motion_px: (0..N).map(path).fold(f32::INFINITY, f32::min),
         focus_px: 2.0 * keys.iter().flatten().map(coc).fold(f32::INFINITY, f32::min),
     };
-    if blur.motion_px.is_finite() && blur.focus_px.is_finite() {
-        blur
-    } else {
-        Blur { motion_px: 0.0, focus_px: 0.0 }
-    }
+    if blur.motion_px.is_finite() && blur.focus_px.is_finite() { blur } else { Blur::NONE }
 }
 
 fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
@@ -143,13 +205,13 @@ fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
     (dx * dx + dy * dy).sqrt()
 }
 
-/// Rate at one key, for segments of `side_px` pixels.
-fn rate_at(camera: &RasterCamera, side_px: f32, points: &Probes) -> Rate {
+/// Projected length of a polyline and of its longest part; `None` where a point is less deep than `least_depth`.
+fn lengths_at(camera: &RasterCamera, least_depth: f32, points: &[Vec3]) -> Option<(f32, f32)> {
     let mut last: Option<[f32; 2]> = None;
     let (mut total, mut longest) = (0.0f32, 0.0f32);
     for &p in points {
-        if p.z.is_nan() || p.z < eye_depth(camera) {
-            return Rate::Eye;
+        if p.z.is_nan() || p.z < least_depth {
+            return None;
         }
         let raster = camera.project(p);
         if let Some(last) = last {
@@ -159,15 +221,7 @@ fn rate_at(camera: &RasterCamera, side_px: f32, points: &Probes) -> Rate {
         }
         last = Some(raster);
     }
-    if !total.is_finite() {
-        return Rate::Eye;
-    }
-    let segments = total / side_px;
-    // A curve of a segment or two is never worth halving.
-    if segments > 2.0 && longest * PROBES as f32 > EVENNESS * total {
-        return Rate::Uneven;
-    }
-    Rate::Even(segments.round().clamp(1.0, MAX_SEGMENTS) as u32)
+    total.is_finite().then_some((total, longest))
 }
 
 /// Depth below which lengths are not measured. It lies well in front of the near plane, where nothing is drawn
@@ -183,49 +237,37 @@ pub type Lattice = [Vec3; 25];
 /// Segments along both axes that the inside of a piece asks for, given 5 x 5 points of it at each measured key:
 /// projected length of its three inner lines, at least as long as their longest parts ask. Keys at which one of them
 /// passes the eye do not count, unless all do.
-pub fn inner_segments(camera: &RasterCamera, fineness: Fineness, keys: &[Lattice]) -> [u32; 2] {
-    let side_px = fineness.side_px(if fineness.follows_blur() {
-        least_blur(camera, keys)
-    } else {
-        Blur { motion_px: 0.0, focus_px: 0.0 }
-    });
-    let mut most = [0.0f32; 2];
-    let mut is_defined = [false; 2];
-    for points in keys {
-        for (axis, step) in [1, 5].into_iter().enumerate() {
-            let lines = (1..4)
-                .map(|line| -> [Vec3; 5] { std::array::from_fn(|ix| points[line * (6 - step) + ix * step]) });
-            let mut all = true;
-            for polyline in lines {
-                match polyline_segments(camera, side_px, &polyline) {
-                    Some(wanted) => most[axis] = most[axis].max(wanted),
-                    None => all = false,
-                }
+pub fn inner_segments(
+    camera: &RasterCamera,
+    fineness: Fineness,
+    keys: &MeasuredKeys,
+    points: &[Lattice],
+) -> [u32; 2] {
+    let side_px = fineness.side_px_of(camera, points);
+    [1, 5].map(|step| {
+        for least_depth in keys.least_depths(camera) {
+            let lengths = points.iter().map(|points| {
+                let lines = (1..4).map(|line| -> [Vec3; 5] {
+                    std::array::from_fn(|ix| points[line * (6 - step) + ix * step])
+                });
+                lines
+                    .map(|line| even_length(camera, least_depth, &line))
+                    .try_fold(0.0, |most: f32, length| Some(most.max(length?)))
+            });
+            if let Some(wanted) = keys.wanted(lengths) {
+                return (wanted / side_px).min(MAX_SEGMENTS).round() as u32;
             }
-            is_defined[axis] |= all;
         }
-    }
-    std::array::from_fn(|axis| {
-        let least = if is_defined[axis] { 0.0 } else { UNDEFINED_SEGMENTS };
-        most[axis].max(least).round() as u32
+        UNDEFINED_SEGMENTS
     })
 }
 
 /// Segments where no length is defined: as many as a grid allows.
-const UNDEFINED_SEGMENTS: f32 = 16.0;
+const UNDEFINED_SEGMENTS: u32 = 16;
 
-/// Projected length in segments of a polyline; `None` where a point is at or behind the eye plane.
-fn polyline_segments(camera: &RasterCamera, side_px: f32, points: &[Vec3]) -> Option<f32> {
-    let (mut total, mut longest) = (0.0f32, 0.0f32);
-    for pair in points.windows(2) {
-        if !(pair[0].z >= eye_depth(camera) && pair[1].z >= eye_depth(camera)) {
-            return None;
-        }
-        let length = distance(camera.project(pair[0]), camera.project(pair[1]));
-        total += length;
-        longest = longest.max(length);
-    }
-    let even = longest * (points.len() - 1) as f32 / EVENNESS;
-    let segments = total.max(even) / side_px;
-    segments.is_finite().then_some(segments.min(MAX_SEGMENTS))
+/// Projected length of a polyline, at least as long as its longest part asks.
+fn even_length(camera: &RasterCamera, least_depth: f32, points: &[Vec3]) -> Option<f32> {
+    let (total, longest) = lengths_at(camera, least_depth, points)?;
+    let length = total.max(longest * (points.len() - 1) as f32 / EVENNESS);
+    length.is_finite().then_some(length)
 }

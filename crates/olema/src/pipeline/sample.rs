@@ -18,6 +18,7 @@ use crate::sampling::{
 };
 use crate::scene::Sides;
 
+use super::bound::TimeRange;
 use super::clip::{Clipped, clip_triangle};
 use super::grid::{Grid, GridKey};
 
@@ -179,7 +180,7 @@ impl TileBuffers {
     /// [`SlotsFull`] where the tile has no slot left; nothing was drawn then.
     pub fn draw(&mut self, context: &DrawContext, grid: &Arc<Grid>) -> Result<(), SlotsFull> {
         let moving = context.moving(grid);
-        let Some(_times) = grid.meets(moving.times.key_times(), self.samples.region) else {
+        let Some(times) = grid.meets(self.samples.region) else {
             return Ok(());
         };
         let slot = self.slots.insert(Arc::clone(grid))?;
@@ -209,7 +210,7 @@ impl TileBuffers {
         let drawn = context.rasterizer.rasterize(&draw, &mut self.counts, &mut sink);
         debug_assert!(drawn.is_ok(), "settings were checked: {drawn:?}");
         if grid.has_slow() {
-            draw_slow(context, grid, facing, &self.samples, &mut self.counts, &mut sink);
+            draw_slow(context, grid, times, facing, &self.samples, &mut self.counts, &mut sink);
         }
         Ok(())
     }
@@ -226,18 +227,24 @@ impl TileBuffers {
 fn draw_slow(
     context: &DrawContext,
     grid: &Grid,
+    times: TimeRange,
     facing: Facing,
     samples: &RegionSamples,
     counts: &mut SampleCounts,
     sink: &mut Sink,
 ) {
     let is_blurred = grid.keys > 1 || context.camera.lens.is_some();
-    let num_tuples = if is_blurred { context.pattern.tuples().len() as u32 } else { 1 };
+    let tuples = context.pattern.tuples().iter().zip(0u32..);
+    let within = |t15: i16| (times[0]..=times[1]).contains(&(f32::from(t15) / 32_768.0));
+    let tuples: Vec<u32> = match is_blurred {
+        true => tuples.filter(|(tuple, _)| within(tuple.t15)).map(|(_, ix)| ix).collect(),
+        false => vec![0],
+    };
     for micropolygon in (0..grid.num_micropolygons()).filter(|&mp| grid.is_slow(mp)) {
         sink.begin(micropolygon as u32);
         for (number, triangle) in triangles(grid, micropolygon).into_iter().enumerate() {
             sink.triangle = Some(number as u8);
-            for tuple_ix in 0..num_tuples {
+            for &tuple_ix in &tuples {
                 for part in context.clip(grid, triangle, tuple_ix).triangles() {
                     let (raster, depth) = (part.map(|v| v.raster), part.map(|v| v.depth));
                     if is_blurred {

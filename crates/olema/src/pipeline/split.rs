@@ -17,7 +17,7 @@ use crate::geometry::RasterCamera;
 use super::connect::{EdgeTable, Part};
 use super::patch::{CORNER_UV, Patch, PatchTable, Surfaces, side_uv};
 use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, parameter, quad_uv};
-use super::rate::{Fineness, Lattice, MAX_LEVEL, Rate, inner_segments, measured_keys, rate};
+use super::rate::{Fineness, Lattice, MAX_LEVEL, MeasuredKeys, Rate, inner_segments, rate};
 
 /// What becomes of a piece.
 #[allow(clippy::large_enum_variant)] // Lives on the stack between two stages only.
@@ -119,8 +119,11 @@ impl<'a> SplitContext<'a> {
             }
             _ => self.fineness[self.patch(patch).primitive as usize],
         };
-        let keys = measured_keys(self.patches.num_keys(patch));
-        rate(self.camera, self.scaled(fineness), keys, point)
+        rate(self.camera, self.scaled(fineness), &self.measured_keys(patch), point)
+    }
+
+    fn measured_keys(&self, patch: u32) -> MeasuredKeys {
+        MeasuredKeys::new(&self.patches.times.sets[self.patch(patch).motion as usize])
     }
 
     fn scaled(&self, fineness: Fineness) -> Fineness {
@@ -249,8 +252,9 @@ impl<'a> SplitContext<'a> {
     /// Lattice lines that the sides and the interior ask for.
     fn lattice_size(&self, piece: &Piece, segments: [u32; 2]) -> [u32; 2] {
         let fineness = self.scaled(self.fineness[self.patch(piece.patch).primitive as usize]);
-        let keys = measured_keys(self.patches.num_keys(piece.patch));
+        let keys = self.measured_keys(piece.patch);
         let lattices: Vec<Lattice> = keys
+            .keys()
             .map(|key| {
                 std::array::from_fn(|ix| {
                     let uv = quad_uv(&piece.uv, (ix % 5) as f32 / 4.0, (ix / 5) as f32 / 4.0);
@@ -258,7 +262,7 @@ impl<'a> SplitContext<'a> {
                 })
             })
             .collect();
-        let wanted = inner_segments(self.camera, fineness, &lattices);
+        let wanted = inner_segments(self.camera, fineness, &keys, &lattices);
         std::array::from_fn(|axis| segments[axis].max(1).max(wanted[axis]).min(MAX_LATTICE))
     }
 

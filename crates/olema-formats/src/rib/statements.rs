@@ -172,8 +172,8 @@ statements! {
     "MakeShadow" MakeShadow Warned Any [Text("picture"), Text("shadow"), Params] "Olema makes no textures, and writes no file that a scene names.";
     "MakeTexture" MakeTexture Warned Any [Text("picture"), Text("texture"), Text("swrap"), Text("twrap"), Text("filter"), Num("swidth"), Num("twidth"), Params] "Olema makes no textures, and writes no file that a scene names.";
     "Matte" Matte Drawn Any [Int("on")] "";
-    "MotionBegin" MotionBegin NotYet Any [Floats("times")] "All keys of transforms and surfaces are kept; the first is drawn.";
-    "MotionEnd" MotionEnd NotYet Any [] "";
+    "MotionBegin" MotionBegin Drawn Any [Floats("times")] "Transforms and the points of surfaces move; of any other statement the first counts.";
+    "MotionEnd" MotionEnd Drawn Any [] "";
     "NuPatch" NuPatch NotYet World [Int("nu"), Int("u order"), Floats("u knots"), Num("umin"), Num("umax"), Int("nv"), Int("v order"), Floats("v knots"), Num("vmin"), Num("vmax"), Params] "";
     "ObjectBegin" ObjectBegin Drawn Any [Handle("handle"), Params] "";
     "ObjectEnd" ObjectEnd Drawn Any [] "";

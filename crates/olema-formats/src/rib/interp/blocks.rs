@@ -133,7 +133,7 @@ impl Interp {
 
     fn world_begin(&mut self, call: &Call<'_>) -> Result<(), Fault> {
         self.open(BlockKind::World, call)?;
-        let camera = self.camera();
+        let camera = self.camera(call.site);
         self.world = Some(super::World { scene: olema::Scene::new(camera) });
         self.ctm = Transform::default();
         Ok(())

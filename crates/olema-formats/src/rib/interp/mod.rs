@@ -8,6 +8,7 @@ mod blocks;
 mod detail;
 mod displacement;
 mod frame;
+mod hider;
 mod mesh_tags;
 mod meshes;
 mod motion;

@@ -152,7 +152,17 @@ fn options_that_must_not_matter_do_not() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
     assert_eq!(bench.run(&["render", "a.rib", "-o", "a.png"]).code, 0);
-    for options in [&["-t", "1"][..], &["-t", "-1"], &["--bucket", "5x3"], &["--raster-tile", "8"]] {
+    for options in [
+        &["-t", "1"][..],
+        &["-t", "-1"],
+        &["--bucket", "5x3"],
+        &["--raster-tile", "8"],
+        &["--rasterizer", "nomotion"],
+        &["--rasterizer", "interleave"],
+        &["--shutter", "0,0"],
+        &["--motion-factor", "2"],
+        &["--focus-factor", "2"],
+    ] {
         let args = [&["render", "a.rib", "-o", "b.png"], options].concat();
         assert_eq!(bench.run(&args).code, 0);
         assert_eq!(bench.run(&["diff", "a.png", "b.png"]).code, 0, "{options:?}");
@@ -189,6 +199,19 @@ fn stats_hold_a_record_a_picture() {
         assert_eq!(frame["stats"]["patches"], 1);
         assert!(frame["stats"]["sample_hits"].as_u64().unwrap() > 0);
     }
+}
+
+#[test]
+fn stats_name_the_options_that_were_given() {
+    let bench = Bench::new();
+    bench.file("a.rib", SQUARE.replace("WorldBegin", "Hider \"hidden\" \"int permutations\" 9 WorldBegin"));
+    let options = ["--rasterizer", "interval", "--motion-factor", "1.5", "--shading-time", "open"];
+    let ran = bench.run(&[&["render", "a.rib", "--stats", "s.json"][..], &options].concat());
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let settings = &stats(&bench)["frames"][0]["settings"];
+    assert_eq!((&settings["rasterizer"], &settings["permutations"]), (&"interval".into(), &9.into()));
+    assert_eq!((&settings["motion_factor"], &settings["shading_time"]), (&1.5.into(), &0.0.into()));
+    assert_eq!(settings["focus_factor"], serde_json::Value::Null);
 }
 
 #[test]

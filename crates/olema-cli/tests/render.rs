@@ -321,6 +321,40 @@ fn info_tells_what_is_in_the_scene() {
     assert_eq!(bench.names(), ["a.rib"]);
 }
 
+#[test]
+fn info_tells_what_moves_and_what_is_in_focus() {
+    let bench = Bench::new();
+    bench.file("still.rib", SQUARE);
+    let ran = bench.run(&["info", "still.rib"]);
+    for words in ["shutter         at 0, still", "lens            pinhole", "motion          none"] {
+        assert!(ran.out.contains(words), "{words}: {}", ran.out);
+    }
+    let moving = "Attribute \"identifier\" \"name\" \"wheel\"
+        MotionBegin [0 1] Rotate 0 0 0 1 Rotate 30 0 0 1 MotionEnd Patch \"bilinear\"";
+    let scene = SQUARE.replace(
+        "Patch \"bilinear\"",
+        &format!("Patch \"bilinear\" \"P\" [0 0 9 1 0 9 0 1 9 1 1 9] {moving}"),
+    );
+    bench.file("a.rib", format!("Shutter 0 0.5 DepthOfField 4 0.5 5 {scene}"));
+    let ran = bench.run(&["info", "a.rib"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    for words in [
+        "shutter         0 to 0.5",
+        "lens            f/4, focal length 0.5, focused at 5, round",
+        "motion          1 of 2 primitives; wheel; keys at 0, 1",
+    ] {
+        assert!(ran.out.contains(words), "{words}: {}", ran.out);
+    }
+    let ran = bench.run(&["info", "a.rib", "--json"]);
+    let info: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    let frame = &info["frames"][0];
+    assert_eq!((&frame["shutter"]["close"], &frame["lens"]["fstop"]), (&0.5.into(), &4.0.into()));
+    assert_eq!(
+        (&frame["motion"]["objects"]["wheel"], &frame["motion"]["primitives"]),
+        (&1.into(), &1.into())
+    );
+}
+
 fn stats(bench: &Bench) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(bench.path("s.json")).unwrap()).unwrap()
 }

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use olema::sampling::Rasterizer;
 
 use crate::model::ModelArgs;
-use crate::values::{Crop, FrameSet, Size, Tolerance};
+use crate::values::{Crop, FrameSet, ShadingTime, Shutter, Size, Tolerance};
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 render failed or pictures differ, 2 usage, 3 scene or asset, \
     4 out of memory, 130 interrupted, 143 terminated.";
@@ -62,6 +63,22 @@ pub struct RenderArgs {
     #[arg(long, value_name = "R", value_parser = crate::values::parse_shading_rate)]
     pub shading_rate: Option<f32>,
 
+    /// How much motion coarsens dicing, for every surface, whatever the scene says; 0 is not at all
+    #[arg(long, value_name = "X", value_parser = crate::values::parse_factor)]
+    pub motion_factor: Option<f32>,
+
+    /// How much defocus coarsens dicing, for every surface, whatever the scene says; 0 is not at all
+    #[arg(long, value_name = "X", value_parser = crate::values::parse_factor)]
+    pub focus_factor: Option<f32>,
+
+    /// Times at which the shutter opens and closes, whatever the scene says; 0,0 is a still picture of time 0
+    #[arg(long, value_name = "OPEN,CLOSE", allow_hyphen_values = true)]
+    pub shutter: Option<Shutter>,
+
+    /// When within the shutter's time surfaces are shaded; without it in the middle
+    #[arg(long, value_name = "WHEN", value_enum)]
+    pub shading_time: Option<ShadingTime>,
+
     /// Part of the frame to render: fractions as in CropWindow if all are at most 1, else pixels
     #[arg(long, value_name = "X0,X1,Y0,Y1", allow_hyphen_values = true)]
     pub crop: Option<Crop>,
@@ -89,6 +106,13 @@ pub struct RenderArgs {
     /// Permutation sets of the sample pattern, 1 to 65536
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub permutations: Option<u32>,
+
+    /// How samples are found: auto, nomotion, interval, interleave, boundingbox or simple
+    ///
+    /// The picture is the same with all of them, but nomotion refuses scenes that move or have a lens, interleave
+    /// takes tiles of at most 8 pixels, and simple of 1, which it takes by itself.
+    #[arg(long, value_name = "NAME")]
+    pub rasterizer: Option<Rasterizer>,
 
     /// Models.
     #[command(flatten)]

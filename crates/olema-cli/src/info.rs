@@ -1,5 +1,7 @@
 //! `olema info`: what is in a scene, without rendering it.
 
+mod motion;
+
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -14,6 +16,10 @@ use crate::args::InfoArgs;
 use crate::exit::{self, Failure};
 use crate::report::{self, Counts, Reporter};
 use crate::source;
+use motion::{LensInfo, MotionInfo, ShutterInfo};
+
+/// Most times at which a moving primitive is looked at for the bounding box.
+const MAX_BOX_TIMES: usize = 64;
 
 /// What is told of a file.
 #[derive(Debug, Serialize)]
@@ -32,6 +38,10 @@ struct FrameInfo {
     window_px: [u32; 4],
     samples: [u32; 2],
     projection: String,
+    shutter: ShutterInfo,
+    /// None for a pinhole.
+    lens: Option<LensInfo>,
+    motion: MotionInfo,
     displays: Vec<String>,
     /// Primitives by kind.
     primitives: BTreeMap<&'static str, u64>,
@@ -43,7 +53,8 @@ struct FrameInfo {
     lights: BTreeMap<String, u64>,
     /// Surface shaders and how many primitives use each.
     shaders: BTreeMap<String, u64>,
-    /// Smallest and largest x, y, z of the control points in world space; none where there is no point.
+    /// Smallest and largest x, y, z of the control points in world space, at their key times; none where there is
+    /// no point.
     bounding_box: Option<[[f64; 3]; 2]>,
 }
 
@@ -110,6 +121,9 @@ impl FrameInfo {
             window_px: settings.window_px(),
             samples: settings.samples,
             projection: projection(scene),
+            shutter: ShutterInfo::new(&scene.camera),
+            lens: LensInfo::new(&scene.camera),
+            motion: MotionInfo::new(scene),
             displays: displays.iter().map(|d| format!("{} ({})", d.name, d.mode)).collect(),
             primitives: BTreeMap::new(),
             patches: 0,
@@ -172,7 +186,9 @@ impl FrameInfo {
         positions: impl Fn(&T) -> Box<dyn Iterator<Item = [f64; 3]> + '_>,
     ) {
         let times = primitive.to_world.times();
-        let mut times: Vec<f64> = times.iter().map(|&t| f64::from(t)).collect();
+        // Some of very many, evenly spread, the last among them.
+        let step = times.len().div_ceil(MAX_BOX_TIMES).max(1);
+        let mut times: Vec<f64> = times.iter().rev().step_by(step).map(|&t| f64::from(t)).collect();
         if times.is_empty() {
             times.push(0.0);
         }
@@ -233,8 +249,11 @@ fn prose(info: &FileInfo) -> String {
         }
         line("samples", format!("{nx}x{ny}"));
         line("projection", frame.projection.clone());
+        line("shutter", frame.shutter.prose());
+        line("lens", frame.lens.as_ref().map_or("pinhole".to_owned(), LensInfo::prose));
         line("displays", frame.displays.join(", "));
         line("primitives", counts(&frame.primitives));
+        line("motion", frame.motion.prose(frame.primitives.values().sum::<u64>() as usize));
         line("patches", frame.patches.to_string());
         line("faces", frame.faces.to_string());
         line("control points", frame.control_points.to_string());

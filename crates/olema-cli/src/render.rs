@@ -124,9 +124,7 @@ impl<'a> Job<'a> {
     fn frame(&mut self, file: &Path, number: i32, frame: RibFrame, read_seconds: f64) -> Result<(), Failure> {
         let RibFrame { mut scene, settings, displays, .. } = frame;
         let settings = overrides::settings(self.args, settings)?;
-        if let Some(rate) = self.args.shading_rate {
-            overrides::shading_rate(&mut scene, rate);
-        }
+        overrides::scene(self.args, &mut scene);
         let display = self.primary(number, &displays);
         let name = display.as_ref().map_or("", |d| d.name.as_str());
         let path = self.names.name(Subject { scene: file, display: name, frame: number })?;

@@ -111,7 +111,7 @@ impl SettingsRecord {
             permutations,
             grid_size,
             eye_splits,
-            rasterizer: format!("{rasterizer:?}"),
+            rasterizer: rasterizer.to_string(),
             threads,
             bucket,
             raster_tile,

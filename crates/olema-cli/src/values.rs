@@ -88,6 +88,53 @@ pub fn parse_shading_rate(s: &str) -> Result<f32, String> {
         .ok_or_else(|| "expected a number of pixels above 0, e.g. 0.25".to_owned())
 }
 
+/// A finite number of at least 0.
+pub fn parse_factor(s: &str) -> Result<f32, String> {
+    s.parse()
+        .ok()
+        .filter(|x: &f32| *x >= 0.0 && x.is_finite())
+        .ok_or_else(|| "expected a number of at least 0, e.g. 1.5".to_owned())
+}
+
+/// Times at which the shutter opens and closes; the same for a still picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shutter(pub [f32; 2]);
+
+impl FromStr for Shutter {
+    type Err = String;
+
+    fn from_str(s: &str) -> Result<Self, String> {
+        let expected = || "expected OPEN,CLOSE with OPEN not after CLOSE, e.g. 0,0.5".to_owned();
+        let (open, close) = s.split_once(',').ok_or_else(expected)?;
+        let time = |s: &str| s.trim().parse::<f32>().map_err(|_| expected());
+        let (open, close) = (time(open)?, time(close)?);
+        // The difference of times that are infinite or not-a-number is not finite.
+        if open <= close && (close - open).is_finite() { Ok(Shutter([open, close])) } else { Err(expected()) }
+    }
+}
+
+/// When surfaces are shaded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ShadingTime {
+    /// When the shutter opens
+    Open,
+    /// Half-way
+    Middle,
+    /// When it closes
+    Close,
+}
+
+impl ShadingTime {
+    /// The part of the shutter's time.
+    pub fn part(self) -> f32 {
+        match self {
+            ShadingTime::Open => 0.0,
+            ShadingTime::Middle => 0.5,
+            ShadingTime::Close => 1.0,
+        }
+    }
+}
+
 /// A side of the sample pattern's tile that the library knows.
 pub fn parse_pattern_tile(s: &str) -> Result<u32, String> {
     s.parse()
@@ -257,6 +304,23 @@ mod tests {
         assert_eq!(parse_shading_rate("0.25"), Ok(0.25));
         for bad in ["0", "-1", "inf", "NaN", "1e60", "x"] {
             assert!(parse_shading_rate(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn factors_may_be_zero_but_not_below() {
+        assert_eq!([parse_factor("0"), parse_factor("1.5")], [Ok(0.0), Ok(1.5)]);
+        for bad in ["-0.1", "inf", "NaN", "1e60", ""] {
+            assert!(parse_factor(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_shutter_does_not_close_before_it_opens() {
+        assert_eq!("0,0".parse(), Ok(Shutter([0.0, 0.0])));
+        assert_eq!("-1.5, 2".parse(), Ok(Shutter([-1.5, 2.0])));
+        for bad in ["", "1", "1,0", "0,1,2", "0,inf", "-inf,0", "inf,inf", "0,nan", "-3e38,3e38"] {
+            assert!(bad.parse::<Shutter>().unwrap_err().contains("OPEN,CLOSE"), "{bad:?}");
         }
     }
 

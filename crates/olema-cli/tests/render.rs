@@ -152,7 +152,17 @@ fn options_that_must_not_matter_do_not() {
     let bench = Bench::new();
     bench.file("a.rib", SQUARE);
     assert_eq!(bench.run(&["render", "a.rib", "-o", "a.png"]).code, 0);
-    for options in [&["-t", "1"][..], &["-t", "-1"], &["--bucket", "5x3"], &["--raster-tile", "8"]] {
+    for options in [
+        &["-t", "1"][..],
+        &["-t", "-1"],
+        &["--bucket", "5x3"],
+        &["--raster-tile", "8"],
+        &["--rasterizer", "nomotion"],
+        &["--rasterizer", "interleave"],
+        &["--shutter", "0,0"],
+        &["--motion-factor", "2"],
+        &["--focus-factor", "2"],
+    ] {
         let args = [&["render", "a.rib", "-o", "b.png"], options].concat();
         assert_eq!(bench.run(&args).code, 0);
         assert_eq!(bench.run(&["diff", "a.png", "b.png"]).code, 0, "{options:?}");
@@ -189,6 +199,19 @@ fn stats_hold_a_record_a_picture() {
         assert_eq!(frame["stats"]["patches"], 1);
         assert!(frame["stats"]["sample_hits"].as_u64().unwrap() > 0);
     }
+}
+
+#[test]
+fn stats_name_the_options_that_were_given() {
+    let bench = Bench::new();
+    bench.file("a.rib", SQUARE.replace("WorldBegin", "Hider \"hidden\" \"int permutations\" 9 WorldBegin"));
+    let options = ["--rasterizer", "interval", "--motion-factor", "1.5", "--shading-time", "open"];
+    let ran = bench.run(&[&["render", "a.rib", "--stats", "s.json"][..], &options].concat());
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let settings = &stats(&bench)["frames"][0]["settings"];
+    assert_eq!((&settings["rasterizer"], &settings["permutations"]), (&"interval".into(), &9.into()));
+    assert_eq!((&settings["motion_factor"], &settings["shading_time"]), (&1.5.into(), &0.0.into()));
+    assert_eq!(settings["focus_factor"], serde_json::Value::Null);
 }
 
 #[test]
@@ -296,6 +319,40 @@ fn info_tells_what_is_in_the_scene() {
     assert_eq!(frame["primitives"]["bilinear patches"], 1);
     assert_eq!(frame["bounding_box"], serde_json::json!([[-1.0, -1.0, 5.0], [1.0, 1.0, 5.0]]));
     assert_eq!(bench.names(), ["a.rib"]);
+}
+
+#[test]
+fn info_tells_what_moves_and_what_is_in_focus() {
+    let bench = Bench::new();
+    bench.file("still.rib", SQUARE);
+    let ran = bench.run(&["info", "still.rib"]);
+    for words in ["shutter         at 0, still", "lens            pinhole", "motion          none"] {
+        assert!(ran.out.contains(words), "{words}: {}", ran.out);
+    }
+    let moving = "Attribute \"identifier\" \"name\" \"wheel\"
+        MotionBegin [0 1] Rotate 0 0 0 1 Rotate 30 0 0 1 MotionEnd Patch \"bilinear\"";
+    let scene = SQUARE.replace(
+        "Patch \"bilinear\"",
+        &format!("Patch \"bilinear\" \"P\" [0 0 9 1 0 9 0 1 9 1 1 9] {moving}"),
+    );
+    bench.file("a.rib", format!("Shutter 0 0.5 DepthOfField 4 0.5 5 {scene}"));
+    let ran = bench.run(&["info", "a.rib"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    for words in [
+        "shutter         0 to 0.5",
+        "lens            f/4, focal length 0.5, focused at 5, round",
+        "motion          1 of 2 primitives; wheel; keys at 0, 1",
+    ] {
+        assert!(ran.out.contains(words), "{words}: {}", ran.out);
+    }
+    let ran = bench.run(&["info", "a.rib", "--json"]);
+    let info: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    let frame = &info["frames"][0];
+    assert_eq!((&frame["shutter"]["close"], &frame["lens"]["fstop"]), (&0.5.into(), &4.0.into()));
+    assert_eq!(
+        (&frame["motion"]["objects"]["wheel"], &frame["motion"]["primitives"]),
+        (&1.into(), &1.into())
+    );
 }
 
 fn stats(bench: &Bench) -> serde_json::Value {

@@ -35,7 +35,8 @@ pub struct Settings {
     pub seed: u32,
     /// Whether samples are placed at random within their cells; false puts them at the cells' middles.
     pub jitter: bool,
-    /// Side K of the pattern's pixel tile; `None` takes [`crate::sampling::pattern::default_tile`].
+    /// Side K of the pattern's pixel tile; `None` takes [`crate::sampling::pattern::default_tile`], or the largest
+    /// that the rasterizer can do with.
     pub pattern_tile: Option<u32>,
     /// Number P of permutation sets.
     pub permutations: u32,
@@ -46,7 +47,8 @@ pub struct Settings {
 
     // -- Speed, memory, order.
     /// The way samples are found. [`Rasterizer::NoMotion`] refuses scenes that move or have a lens, and
-    /// [`Rasterizer::Simple`] and [`Rasterizer::InterleaveUvt`] pattern tiles that are too large.
+    /// [`Rasterizer::Simple`] and [`Rasterizer::InterleaveUvt`] pattern tiles that are too large. The picture is the
+    /// same with all that take its pattern tile.
     pub rasterizer: Rasterizer,
     /// Worker threads; 0 is one per core.
     pub threads: usize,
@@ -102,7 +104,7 @@ impl Settings {
     /// Side K of the pattern's pixel tile: the one asked for, or the default for the samples and the rasterizer.
     pub fn pattern_tile_side(&self) -> u32 {
         let default = crate::sampling::pattern::default_tile(self.samples_per_pixel());
-        self.pattern_tile.unwrap_or(default)
+        self.pattern_tile.unwrap_or(default.min(self.rasterizer.greatest_tile()))
     }
 
     /// The pixels to render, `[x0, x1, y0, y1]`, end exclusive.
@@ -178,12 +180,41 @@ impl Settings {
         }
         let k = self.pattern_tile_side();
         if k > self.rasterizer.greatest_tile() {
-            let most = self.rasterizer.greatest_tile();
-            return fail("pattern tile", k.to_string(), &format!("at most {most} for {:?}", self.rasterizer));
+            let (most, rasterizer) = (self.rasterizer.greatest_tile(), self.rasterizer);
+            return fail(
+                "pattern tile",
+                k.to_string(),
+                &format!("at most {most} with rasterizer {rasterizer}"),
+            );
         }
         if self.tile == Some(0) {
             return fail("tile", "0".to_owned(), "at least 1 pixel");
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pattern_tiles_fit_the_rasterizer_or_both_are_named() {
+        let of = |rasterizer, pattern_tile| Settings { rasterizer, pattern_tile, ..Settings::default() };
+        assert_eq!(of(Rasterizer::Simple, None).pattern_tile_side(), 1);
+        for rasterizer in Rasterizer::ALL {
+            assert_eq!(of(rasterizer, None).validate(), Ok(()), "{rasterizer}");
+            assert_eq!(of(rasterizer, Some(1)).validate(), Ok(()), "{rasterizer}");
+        }
+        for (rasterizer, tile, error) in [
+            (
+                Rasterizer::InterleaveUvt,
+                64,
+                "pattern tile is 64: expected at most 8 with rasterizer interleave",
+            ),
+            (Rasterizer::Simple, 2, "pattern tile is 2: expected at most 1 with rasterizer simple"),
+        ] {
+            assert_eq!(of(rasterizer, Some(tile)).validate().expect_err("too large").to_string(), error);
+        }
     }
 }

@@ -8,12 +8,12 @@ use olema::{Scene, Settings};
 
 use crate::args::RenderArgs;
 use crate::exit::{self, Failure};
-use crate::values::{self, Size};
+use crate::values::{self, ShadingTime, Shutter, Size};
 
 /// The scene's settings with the options in their places.
 ///
 /// # Errors
-/// A usage failure where `--crop` leaves no pixel of the frame.
+/// A usage failure where `--crop` leaves no pixel of the frame, or rasterizer and tile do not fit.
 pub fn settings(args: &RenderArgs, scene: Settings) -> Result<Settings, Failure> {
     let mut settings = scene;
     if let Some(Size(resolution)) = args.res {
@@ -38,10 +38,26 @@ pub fn settings(args: &RenderArgs, scene: Settings) -> Result<Settings, Failure>
     settings.seed = args.seed.unwrap_or(settings.seed);
     settings.pattern_tile = args.tile.or(settings.pattern_tile);
     settings.permutations = args.permutations.unwrap_or(settings.permutations);
+    settings.rasterizer = args.rasterizer.unwrap_or(settings.rasterizer);
+    settings.motion_factor = args.motion_factor.or(settings.motion_factor);
+    settings.focus_factor = args.focus_factor.or(settings.focus_factor);
+    settings.shading_time = args.shading_time.map_or(settings.shading_time, ShadingTime::part);
     settings.tile = args.raster_tile.or(settings.tile);
+    check_tile(&settings)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     settings.threads = values::threads(args.threads, cores);
     Ok(settings)
+}
+
+/// A scene alone never asks for a rasterizer and a tile that do not fit: its reader sees to that.
+fn check_tile(settings: &Settings) -> Result<(), Failure> {
+    let (tile, rasterizer) = (settings.pattern_tile_side(), settings.rasterizer);
+    let most = rasterizer.greatest_tile();
+    if tile <= most {
+        return Ok(());
+    }
+    let problem = format!("--rasterizer {rasterizer} takes at most --tile {most}, not {tile}");
+    Err(Failure::new(exit::USAGE, problem))
 }
 
 /// The scene's CropWindow in a frame of another size; at least a pixel is left.
@@ -58,8 +74,18 @@ fn scaled([x0, x1, y0, y1]: [u32; 4], from: [u32; 2], to: [u32; 2]) -> [u32; 4] 
     [x0, x1, y0, y1]
 }
 
+/// Puts the options that are about the scene itself in their places.
+pub fn scene(args: &RenderArgs, scene: &mut Scene) {
+    if let Some(rate) = args.shading_rate {
+        shading_rate(scene, rate);
+    }
+    if let Some(Shutter(shutter)) = args.shutter {
+        scene.camera.shutter = shutter;
+    }
+}
+
 /// Gives every primitive this shading rate. Primitives that shared their attributes share them still.
-pub fn shading_rate(scene: &mut Scene, rate: f32) {
+fn shading_rate(scene: &mut Scene, rate: f32) {
     // Old and new by the old one's address; the old one is kept, so that no address comes back.
     let mut changed: HashMap<*const Attributes, [Arc<Attributes>; 2]> = HashMap::new();
     for primitive in &mut scene.primitives {
@@ -74,6 +100,9 @@ pub fn shading_rate(scene: &mut Scene, rate: f32) {
 
 #[cfg(test)]
 mod tests {
+    use olema::sampling::Rasterizer;
+    use olema::scene::Camera;
+
     use super::*;
 
     #[test]
@@ -85,9 +114,15 @@ mod tests {
             seed: Some(7),
             bucket: Some(Size([16, 8])),
             threads: 3,
+            rasterizer: Some(Rasterizer::Interval),
+            motion_factor: Some(1.5),
+            focus_factor: Some(0.0),
+            shading_time: Some(ShadingTime::Close),
             ..RenderArgs::default()
         };
         let settings = settings(&args, Settings::default()).unwrap();
+        assert_eq!((settings.motion_factor, settings.focus_factor), (Some(1.5), Some(0.0)));
+        assert_eq!((settings.rasterizer, settings.shading_time), (Rasterizer::Interval, 1.0));
         assert_eq!(settings.resolution, [100, 50]);
         assert_eq!(settings.samples, [3, 2]);
         assert_eq!(settings.crop_px, Some([50, 100, 0, 50]));
@@ -102,11 +137,31 @@ mod tests {
     }
 
     #[test]
+    fn the_shutter_takes_the_place_of_the_scenes() {
+        let mut drawn = Scene::new(Camera { shutter: [0.0, 1.0], ..Camera::default() });
+        scene(&RenderArgs::default(), &mut drawn);
+        assert_eq!(drawn.camera.shutter, [0.0, 1.0]);
+        scene(&RenderArgs { shutter: "2,2.5".parse().ok(), ..RenderArgs::default() }, &mut drawn);
+        assert_eq!(drawn.camera.shutter, [2.0, 2.5]);
+    }
+
+    #[test]
     fn a_crop_outside_the_frame_is_a_usage_error() {
         let args = RenderArgs { crop: "700,800,0,5".parse().ok(), ..RenderArgs::default() };
         let failure = settings(&args, Settings::default()).unwrap_err();
         assert_eq!(failure.code, exit::USAGE);
         assert!(failure.message.contains("--crop") && failure.message.contains("640x480"));
+    }
+
+    #[test]
+    fn a_tile_too_large_for_the_rasterizer_is_a_usage_error() {
+        let args =
+            |rasterizer, tile| RenderArgs { rasterizer: Some(rasterizer), tile, ..RenderArgs::default() };
+        let failure = settings(&args(Rasterizer::InterleaveUvt, Some(64)), Settings::default()).unwrap_err();
+        assert_eq!(failure.code, exit::USAGE);
+        assert_eq!(failure.message, "--rasterizer interleave takes at most --tile 8, not 64");
+        let simple = settings(&args(Rasterizer::Simple, None), Settings::default()).unwrap();
+        assert_eq!(simple.pattern_tile_side(), 1);
     }
 
     #[test]

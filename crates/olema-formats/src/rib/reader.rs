@@ -18,7 +18,7 @@ use super::room::{ARCHIVE_COST, REPLAY_COST};
 use super::shaders::ShaderLibrary;
 use super::source::{FileSource, Replay, Source, candidates};
 use super::state::Site;
-use super::statements::{self, Id};
+use super::statements::{self, Id, Statement};
 use super::textures::Textures;
 use super::{ReadError, ReadOptions, RibFrame};
 
@@ -203,15 +203,28 @@ impl Reader {
             ),
             _ => Ok(false),
         };
-        let call = Call { statement, args: &args, site: &site, geometries: None };
-        let result = read.and_then(|more| {
-            if more {
-                self.skip_to_statement()?;
+        let result = match read {
+            Ok(more) => {
+                let rest = if more { self.skip_to_statement() } else { Ok(()) };
+                rest.and_then(|()| self.run(Call { statement, args: &args, site: &site, geometries: None }))
             }
-            self.run(call)
-        });
+            Err(fault) => {
+                if statement.id == Id::MotionBegin && !fault.fatal {
+                    self.begin_without_times(&mut args, statement, &site);
+                }
+                Err(fault)
+            }
+        };
         self.args = args;
         result
+    }
+
+    /// A MotionBegin whose times cannot be read begins a block all the same: without one, its statements would be
+    /// run one after the other.
+    fn begin_without_times(&mut self, args: &mut Args, statement: &'static Statement, site: &Site) {
+        args.clear(&mut self.interp.room);
+        let run = self.run(Call { statement, args, site, geometries: None });
+        self.interp.said.extend(run.err());
     }
 
     fn step_replay(&mut self) -> Result<Step, Fault> {

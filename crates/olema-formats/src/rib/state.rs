@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DMat4;
 use olema::image::Filter;
+use olema::sampling::Rasterizer;
 use olema::scene::{Attributes, Lens, PatchBasis, Projection, Transform};
 use olema::shading::{LightShader, SurfaceShader};
 
@@ -98,8 +99,12 @@ pub struct OptionState {
     pub clipping: [f64; 2],
     /// `Shutter`.
     pub shutter: [f32; 2],
-    /// `DepthOfField`.
-    pub lens: Option<Lens>,
+    /// `Hider "hidden" "shutteropening"`.
+    pub shutter_opening: [f32; 2],
+    /// `DepthOfField`, and where it stands.
+    pub lens: Option<(Lens, Site)>,
+    /// `Hider "hidden" "aperture"`: blades, and the angle of the first corner in degrees.
+    pub aperture: (u32, f32),
     /// `PixelSamples`.
     pub samples: [u32; 2],
     /// `PixelFilter`.
@@ -116,6 +121,12 @@ pub struct OptionState {
     pub quantize: Vec<(String, Quantize)>,
     /// `Hider "hidden" "jitter"`.
     pub jitter: bool,
+    /// `Hider "hidden" "rasterizer"`.
+    pub rasterizer: Rasterizer,
+    /// `Hider "hidden" "tile"`.
+    pub pattern_tile: Option<u32>,
+    /// `Hider "hidden" "permutations"`.
+    pub permutations: Option<u32>,
     /// `Option "limits" "gridsize"`.
     pub grid_size: Option<u32>,
     /// `Option "limits" "bucketsize"`.
@@ -143,7 +154,9 @@ impl Default for OptionState {
             projection: Projection::Orthographic,
             clipping: [1e-10, f64::INFINITY],
             shutter: [0.0, 0.0],
+            shutter_opening: [0.0, 1.0],
             lens: None,
+            aperture: (0, 0.0),
             samples: [2, 2],
             filter: Filter::default(),
             exposure: [1.0, 1.0],
@@ -152,6 +165,9 @@ impl Default for OptionState {
             displays: Vec::new(),
             quantize: vec![("rgba".to_owned(), colour), ("z".to_owned(), depth)],
             jitter: true,
+            rasterizer: Rasterizer::default(),
+            pattern_tile: None,
+            permutations: None,
             grid_size: None,
             bucket: None,
             eye_splits: None,

@@ -135,7 +135,7 @@ statements! {
     "Cylinder" Cylinder NotYet World [Nums("radius zmin zmax thetamax", 4), Params] "";
     "Declare" Declare State Any [Text("name"), Text("declaration")] "";
     "Deformation" Deformation NotYet Any [Text("shader"), Params] "";
-    "DepthOfField" DepthOfField NotYet Options [MaybeNums("fstop focallength focaldistance", 3)] "The lens is kept in the scene.";
+    "DepthOfField" DepthOfField Drawn Options [MaybeNums("fstop focallength focaldistance", 3)] "Nothing, \"-\" and an fstop of 1e30 or more are a pinhole. Perspective only.";
     "Detail" Detail Drawn Any [Nums("box", 6)] "";
     "DetailRange" DetailRange Drawn Any [Nums("minvisible lower upper maxvisible", 4)] "A representation is drawn from the middle of its lower transition to the middle of its upper one.";
     "Disk" Disk NotYet World [Nums("height radius thetamax", 3), Params] "";
@@ -151,10 +151,10 @@ statements! {
     "FrameBegin" FrameBegin Drawn Options [Int("number")] "";
     "FrameEnd" FrameEnd Drawn Options [] "";
     "GeneralPolygon" GeneralPolygon NotYet World [Ints("vertices"), Params] "";
-    "GeometricApproximation" GeometricApproximation State Any [Text("type"), Num("value")] "Has no effect: dicing follows the shading rate.";
+    "GeometricApproximation" GeometricApproximation State Any [Text("type"), Num("value")] "motionfactor and focusfactor, at least 0, make micropolygons larger where they are blurred: their area grows by 1 + factor * pixels / 16, with the pixels moved while the shutter is open, and with the diameter of the circle of confusion. Others have no effect, which a note says: dicing follows the shading rate.";
     "GeometricRepresentation" GeometricRepresentation State Any [Text("type")] "Has no effect.";
     "Geometry" Geometry NotYet World [Text("type"), Params] "";
-    "Hider" Hider State Options [Text("type"), Params] "\"hidden\" only, with \"jitter\"; other parameters have no effect.";
+    "Hider" Hider State Options [Text("type"), Params] "\"hidden\" only, with the parameters listed above; others have no effect, which a note says.";
     "HierarchicalSubdivisionMesh" HierarchicalSubdivisionMesh Drawn World [Text("scheme"), Ints("vertices"), Ints("indices"), Tags, Params] "As SubdivisionMesh; edits of vertices, edges and faces are warned about, and the mesh is drawn without them.";
     "Hyperboloid" Hyperboloid NotYet World [Nums("point1 point2 thetamax", 7), Params] "";
     "Identity" Identity Drawn Any [] "";
@@ -172,8 +172,8 @@ statements! {
     "MakeShadow" MakeShadow Warned Any [Text("picture"), Text("shadow"), Params] "Olema makes no textures, and writes no file that a scene names.";
     "MakeTexture" MakeTexture Warned Any [Text("picture"), Text("texture"), Text("swrap"), Text("twrap"), Text("filter"), Num("swidth"), Num("twidth"), Params] "Olema makes no textures, and writes no file that a scene names.";
     "Matte" Matte Drawn Any [Int("on")] "";
-    "MotionBegin" MotionBegin NotYet Any [Floats("times")] "All keys of transforms and surfaces are kept; the first is drawn.";
-    "MotionEnd" MotionEnd NotYet Any [] "";
+    "MotionBegin" MotionBegin Drawn Any [Floats("times")] "Transforms and the points of surfaces move; of any other statement the first counts.";
+    "MotionEnd" MotionEnd Drawn Any [] "";
     "NuPatch" NuPatch NotYet World [Int("nu"), Int("u order"), Floats("u knots"), Num("umin"), Num("umax"), Int("nv"), Int("v order"), Floats("v knots"), Num("vmin"), Num("vmax"), Params] "";
     "ObjectBegin" ObjectBegin Drawn Any [Handle("handle"), Params] "";
     "ObjectEnd" ObjectEnd Drawn Any [] "";
@@ -208,7 +208,7 @@ statements! {
     "ShaderLayer" ShaderLayer Warned Any [Text("type"), Text("shader"), Text("layer"), Params] "shaders cannot be connected.";
     "ShadingInterpolation" ShadingInterpolation Drawn Any [Text("type")] "";
     "ShadingRate" ShadingRate Drawn Any [Num("pixels")] "";
-    "Shutter" Shutter State Options [Num("open"), Num("close")] "";
+    "Shutter" Shutter Drawn Options [Num("open"), Num("close")] "";
     "Sides" Sides Drawn Any [Int("sides")] "";
     "Skew" Skew Drawn Any [Nums("angle axis axis", 7)] "";
     "SolidBegin" SolidBegin NotYet World [Text("operation")] "Solids are drawn as they stand, not combined.";

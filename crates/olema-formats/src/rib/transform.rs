@@ -34,12 +34,13 @@ pub fn matrix(numbers: &[f64; 16]) -> DMat4 {
     DMat4::from_cols_array(numbers)
 }
 
-/// `Rotate`: counterclockwise about the axis seen in a right-handed space; `None` for an axis of length 0.
+/// `Rotate`: counterclockwise about the axis seen in a right-handed space; `None` for an axis of length 0 and for an
+/// angle that is not finite.
 pub fn rotate([angle, x, y, z]: [f64; 4]) -> Option<DMat4> {
     let (sin, cos) = sin_cos_degrees(angle);
     let axis = DVec3::new(x, y, z);
     let length = axis.length();
-    if !(length > 0.0 && length.is_finite()) {
+    if !(length > 0.0 && length.is_finite() && angle.is_finite()) {
         return None;
     }
     let a = axis / length;
@@ -109,6 +110,7 @@ mod tests {
         let m = rotate([90.0, 0.0, 0.0, 2.0]).expect("an axis");
         assert_eq!(m.transform_point3(DVec3::X), DVec3::Y);
         assert_eq!(rotate([1.0, 0.0, 0.0, 0.0]), None);
+        assert_eq!(rotate([f64::INFINITY, 0.0, 0.0, 1.0]), None);
     }
 
     #[test]

@@ -4,9 +4,13 @@
 //! They differ in the samples that they test, never in those that they hit. Sources: Fatahalian 2009, section
 //! 3; Sattlecker 2015, section 3.3.
 
+use std::fmt;
+use std::str::FromStr;
+
 use super::draw::{Micropolygons, MovingDraw};
 use super::nomotion::{self, GridView, HitSink, SampleCounts};
 use super::{auto, boundingbox, interleave, interval, simple};
+use crate::error::Error;
 
 /// A way to find the samples that micropolygons cover.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -44,7 +48,52 @@ pub enum Unsuited {
     },
 }
 
+impl fmt::Display for Rasterizer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Rasterizer {
+    type Err = Error;
+
+    /// The rasterizer of that [`Rasterizer::name`].
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where there is none.
+    fn from_str(name: &str) -> Result<Self, Error> {
+        let found = Rasterizer::ALL.into_iter().find(|rasterizer| rasterizer.name() == name);
+        found.ok_or_else(|| Error::Setting {
+            what: "rasterizer",
+            found: format!("{name:?}"),
+            expected: Rasterizer::ALL.map(Rasterizer::name).join(", "),
+        })
+    }
+}
+
 impl Rasterizer {
+    /// All of them.
+    pub const ALL: [Rasterizer; 6] = [
+        Rasterizer::Auto,
+        Rasterizer::NoMotion,
+        Rasterizer::Interval,
+        Rasterizer::InterleaveUvt,
+        Rasterizer::BoundingBox,
+        Rasterizer::Simple,
+    ];
+
+    /// What options and scenes call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Rasterizer::Auto => "auto",
+            Rasterizer::NoMotion => "nomotion",
+            Rasterizer::Interval => "interval",
+            Rasterizer::InterleaveUvt => "interleave",
+            Rasterizer::BoundingBox => "boundingbox",
+            Rasterizer::Simple => "simple",
+        }
+    }
+
     /// Largest K that it can do with.
     pub fn greatest_tile(self) -> u32 {
         match self {
@@ -113,5 +162,22 @@ struct Numbered<'a, S> {
 impl<S: HitSink> HitSink for Numbered<'_, S> {
     fn hit(&mut self, sample_ix: usize, depth: f32, _triangle: u8, sign: i8) {
         self.sink.hit(sample_ix, depth, self.number, sign);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_back_to_their_rasterizers() {
+        for rasterizer in Rasterizer::ALL {
+            assert_eq!(rasterizer.to_string().parse(), Ok(rasterizer));
+        }
+        let error = "fast".parse::<Rasterizer>().expect_err("no rasterizer").to_string();
+        assert_eq!(
+            error,
+            "rasterizer is \"fast\": expected auto, nomotion, interval, interleave, boundingbox, simple"
+        );
     }
 }

@@ -1,5 +1,7 @@
 //! Values and transformations over time.
 
+use std::sync::Arc;
+
 use glam::DMat4;
 
 use crate::math::matrix::between;
@@ -58,10 +60,12 @@ impl<T: PartialEq> Keyed<T> {
 ///
 /// Each factor moves on its own between its keys, along the path of a single motion
 /// ([`crate::math::matrix::between`]): a wheel that turns while its car drives does both, exactly.
+///
+/// Copies share their factors, so that thousands of primitives may stand on one that has thousands of keys.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transform {
     /// At least one; of two that follow each other, one moves.
-    factors: Vec<Keyed<DMat4>>,
+    factors: Vec<Arc<Keyed<DMat4>>>,
 }
 
 impl Default for Transform {
@@ -72,7 +76,7 @@ impl Default for Transform {
 
 impl From<Keyed<DMat4>> for Transform {
     fn from(keyed: Keyed<DMat4>) -> Self {
-        Transform { factors: vec![keyed] }
+        Transform { factors: vec![Arc::new(keyed)] }
     }
 }
 
@@ -83,32 +87,36 @@ impl Transform {
     }
 
     /// The factors, the last of which is applied first.
-    pub fn factors(&self) -> &[Keyed<DMat4>] {
+    pub fn factors(&self) -> &[Arc<Keyed<DMat4>>] {
         &self.factors
     }
 
     /// Puts a factor next to the object: it is applied before all others.
     pub fn concat(&mut self, m: &Keyed<DMat4>) {
+        self.concat_shared(Arc::new(m.clone()));
+    }
+
+    fn concat_shared(&mut self, m: Arc<Keyed<DMat4>>) {
         match (self.factors.last_mut(), m.values.len()) {
-            (Some(last), 1) if last.values.len() == 1 => last.values[0] *= m.values[0],
-            _ => self.factors.push(m.clone()),
+            (Some(last), 1) if last.values.len() == 1 => Arc::make_mut(last).values[0] *= m.values[0],
+            _ => self.factors.push(m),
         }
     }
 
     /// The product: `self` applied after `inner`.
     pub fn then_of(&self, inner: &Transform) -> Transform {
         let mut product = self.clone();
-        inner.factors.iter().for_each(|factor| product.concat(factor));
+        inner.factors.iter().for_each(|factor| product.concat_shared(factor.clone()));
         product
     }
 
     /// The opposite transformation.
     pub fn inverse(&self) -> Transform {
-        let invert = |keyed: &Keyed<DMat4>| Keyed {
+        let invert = |keyed: &Arc<Keyed<DMat4>>| Keyed {
             times: keyed.times.clone(),
             values: keyed.values.iter().map(DMat4::inverse).collect(),
         };
-        Transform { factors: self.factors.iter().rev().map(invert).collect() }
+        Transform { factors: self.factors.iter().rev().map(invert).map(Arc::new).collect() }
     }
 
     /// The matrix of all factors' first keys.
@@ -136,7 +144,7 @@ impl Transform {
 
     /// Whether nothing moves.
     pub fn is_still(&self) -> bool {
-        self.factors.iter().all(Keyed::is_still)
+        self.factors.iter().all(|factor| factor.is_still())
     }
 
     /// Whether `check` holds for every matrix of every factor.

@@ -133,8 +133,9 @@ fn check_transform(transform: &Transform, object: impl Fn() -> String) -> Result
         return fail("its matrix has a number that is not finite".to_owned());
     }
     match transform.factors().iter().find(|factor| !are_key_times(&factor.times, factor.values.len())) {
-        Some(Keyed { times, values }) => {
-            fail(format!("times {times:?} of {} keys of its matrix: {KEY_TIMES}", values.len()))
+        Some(factor) => {
+            let (times, num_keys) = (&factor.times, factor.values.len());
+            fail(format!("times {times:?} of {num_keys} keys of its matrix: {KEY_TIMES}"))
         }
         None => Ok(()),
     }

@@ -57,7 +57,8 @@ impl Args {
             }
             (Arg::Num(name), Token::Number | Token::Open) => self.read_nums(name, 1, r),
             (Arg::Nums(name, count), Token::Number | Token::Open) => self.read_nums(name, count, r),
-            (Arg::MaybeNums(..), Token::Word | Token::End) => Ok(Item::None),
+            (Arg::MaybeNums(..), Token::Word) if !r.lexer.is_at_not_a_number() => Ok(Item::None),
+            (Arg::MaybeNums(..), Token::End) => Ok(Item::None),
             (Arg::MaybeNums(name, count), Token::Number | Token::Open) => {
                 if r.lexer.dash() {
                     Ok(Item::None)

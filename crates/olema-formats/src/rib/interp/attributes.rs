@@ -21,11 +21,12 @@ impl Interp {
             Id::Orientation => self.orientation(call)?,
             Id::Detail => self.detail(call),
             Id::Attribute => self.named_attribute(call),
+            Id::GeometricApproximation => self.approximation(call)?,
             _ => {}
         }
         let attrs = Arc::make_mut(&mut self.attrs);
         match call.statement.id {
-            Id::Orientation | Id::Detail | Id::Attribute => {}
+            Id::Orientation | Id::Detail | Id::Attribute | Id::GeometricApproximation => {}
             Id::Color => attrs.look.color = triple(args),
             Id::Opacity => attrs.look.opacity = triple(args).map(|v| v.clamp(0.0, 1.0)),
             Id::Sides => {
@@ -94,6 +95,27 @@ impl Interp {
             }
         };
         Arc::make_mut(&mut self.attrs).inside = inside;
+        Ok(())
+    }
+
+    fn approximation(&mut self, call: &Call<'_>) -> Result<(), Fault> {
+        let (kind, value) = (call.args.text(0).unwrap_or_default(), call.args.num(1) as f32);
+        let look = &mut Arc::make_mut(&mut self.attrs).look;
+        let factor = match kind {
+            "motionfactor" => &mut look.motion_factor,
+            "focusfactor" => &mut look.focus_factor,
+            _ => {
+                let what = "of GeometricApproximation only motionfactor and focusfactor have an effect: dicing \
+                            follows the shading rate";
+                self.count(what, call.site);
+                return Ok(());
+            }
+        };
+        if !(value >= 0.0 && value.is_finite()) {
+            let message = format!("\"{kind}\" {value}: expected a factor of at least 0; ignored");
+            return Err(Fault::error(call.args.pos(1), message));
+        }
+        *factor = value;
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use super::super::fault::Fault;
 use super::super::source::Saved;
-use super::super::state::{Block, BlockKind};
+use super::super::state::{Block, BlockKind, Site};
 use super::super::statements::Id;
 use super::{Call, Flow, Interp, MAX_BLOCKS};
 use olema::scene::Transform;
@@ -35,7 +35,7 @@ impl Interp {
             Id::ResourceEnd => self.close(BlockKind::Resource, call)?,
             Id::MotionEnd => {
                 self.close(BlockKind::Motion, call)?;
-                self.motion_end(call)?;
+                self.motion_end(call.site, false)?;
             }
             Id::ObjectEnd | Id::ArchiveEnd => {
                 let message = format!("{} without its beginning; ignored", call.statement.name);
@@ -85,11 +85,20 @@ impl Interp {
                 let message =
                     format!("{begin} of line {line} is still open: expected {end} before {}", kind.end());
                 self.say(Fault::error(call.site.pos, message));
-                self.motion = None;
+                self.mend_motion(&block, call.site);
             }
             self.restore(block);
         }
         Ok(())
+    }
+
+    /// A block was left open: what a motion block has gathered is drawn all the same.
+    fn mend_motion(&mut self, block: &Block, site: &Site) {
+        if block.kind == BlockKind::Motion
+            && let Err(fault) = self.motion_end(site, true)
+        {
+            self.say(fault);
+        }
     }
 
     /// Returns to what a block saved.
@@ -124,7 +133,7 @@ impl Interp {
 
     fn world_begin(&mut self, call: &Call<'_>) -> Result<(), Fault> {
         self.open(BlockKind::World, call)?;
-        let camera = self.camera();
+        let camera = self.camera(call.site);
         self.world = Some(super::World { scene: olema::Scene::new(camera) });
         self.ctm = Transform::default();
         Ok(())
@@ -140,7 +149,7 @@ impl Interp {
             let (begin, end, line) = (block.kind.begin(), block.kind.end(), block.site.pos.line);
             let message = format!("{begin} of line {line} is still open: expected {end} before WorldEnd");
             self.say(Fault::error(call.site.pos, message));
-            self.motion = None;
+            self.mend_motion(&block, call.site);
         }
         debug_assert!(own.is_some(), "a world is open, so its block is");
         let Some(world) = self.world.take() else { return Ok(Flow::Next) };
@@ -161,8 +170,15 @@ impl Interp {
 
     /// An object's replay ended.
     pub fn leave_object(&mut self, saved: Saved) {
+        let floor = self.floor;
+        if self.blocks.len() > floor
+            && let Some(block) = self.blocks.pop_if(|block| block.kind == BlockKind::Motion)
+        {
+            let message = "MotionBegin is still open where its object ends: expected MotionEnd";
+            self.say(Fault::error(block.site.pos, message));
+            self.mend_motion(&block, &block.site);
+        }
         self.blocks.truncate(self.floor.max(saved.2));
-        self.motion = None;
         (self.attrs, self.ctm, self.floor) = saved;
     }
 }

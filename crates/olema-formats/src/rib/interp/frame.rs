@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use olema::scene::{Camera, Light};
+use olema::sampling::Rasterizer;
+use olema::scene::{Camera, Lens, Light, Projection};
 use olema::{Scene, Settings};
 
 use super::super::fault::Fault;
@@ -49,7 +50,7 @@ impl OptionState {
             said.push(Fault::warning(site.pos, message));
             crop_px = None;
         }
-        Settings {
+        let settings = Settings {
             resolution: self.resolution(),
             crop_px,
             samples: self.samples,
@@ -57,11 +58,24 @@ impl OptionState {
             exposure: self.exposure,
             background: self.background,
             jitter: self.jitter,
+            pattern_tile: self.pattern_tile,
+            permutations: self.permutations.unwrap_or(default.permutations),
+            rasterizer: self.rasterizer,
             grid_size: self.grid_size.map_or(default.grid_size, |n| n.clamp(1, 4096)),
             eye_splits: self.eye_splits.map_or(default.eye_splits, |n| n.min(20)),
             bucket: self.bucket.map_or(default.bucket, |b| b.map(|n| n.max(1))),
             ..default
+        };
+        let (tile, rasterizer) = (settings.pattern_tile_side(), settings.rasterizer);
+        let most = rasterizer.greatest_tile();
+        if tile <= most {
+            return settings;
         }
+        let message = format!(
+            "hider \"tile\" {tile}: expected at most {most} with rasterizer \"{rasterizer}\"; auto is used"
+        );
+        said.push(Fault::error(site.pos, message));
+        Settings { rasterizer: Rasterizer::Auto, ..settings }
     }
 
     fn displays(&self) -> Vec<Display> {
@@ -89,8 +103,9 @@ impl OptionState {
 }
 
 impl Interp {
-    /// The camera that the current transformation and options describe.
-    pub(super) fn camera(&self) -> Camera {
+    /// The camera that the current transformation and options describe, for the WorldBegin at `site`.
+    pub(super) fn camera(&mut self, site: &Site) -> Camera {
+        let lens = self.lens(site);
         let options = &self.options;
         let explicit = options.screen_window.is_some() || options.frame_aspect.is_some();
         Camera {
@@ -100,9 +115,23 @@ impl Interp {
             pixel_aspect: options.pixel_aspect as f32,
             clipping: options.clipping.map(|v| v as f32),
             shutter: options.shutter,
-            shutter_opening: [0.0, 1.0],
-            lens: options.lens,
+            shutter_opening: options.shutter_opening,
+            lens,
         }
+    }
+
+    /// The lens with its aperture; none where rays are parallel.
+    fn lens(&mut self, site: &Site) -> Option<Lens> {
+        let (lens, stands) = self.options.lens.clone()?;
+        if self.options.projection == Projection::Orthographic {
+            let message =
+                "DepthOfField has no effect with an orthographic projection: expected a perspective one";
+            let pos = if stands.file == site.file { stands.pos } else { site.pos };
+            self.say(Fault::warning(pos, message));
+            return None;
+        }
+        let (blades, blade_angle) = self.options.aperture;
+        Some(Lens { blades, blade_angle, ..lens })
     }
 
     /// The frame of a finished world.

@@ -39,7 +39,7 @@ impl Interp {
         };
         mesh_tags::apply(args, &mut mesh, &mut self.said)?;
         mesh.vars = params::prim_vars(args, &sizes, &mut self.said);
-        self.hold(call, mesh_bytes(&mesh))?;
+        self.hold(call.site.pos, mesh_bytes(&mesh))?;
         Ok(Geometry::Subdivision(Arc::new(mesh)))
     }
 }

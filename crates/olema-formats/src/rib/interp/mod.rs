@@ -8,12 +8,14 @@ mod blocks;
 mod detail;
 mod displacement;
 mod frame;
+mod hider;
 mod mesh_tags;
 mod meshes;
 mod motion;
 mod options;
 mod record;
 mod shading;
+mod spin;
 mod surfaces;
 mod transforms;
 mod undrawn;
@@ -28,7 +30,7 @@ use olema::shading::TextureImage;
 use super::RibFrame;
 use super::args::Args;
 use super::declare::Dictionary;
-use super::fault::Fault;
+use super::fault::{Fault, Pos};
 use super::room::Room;
 use super::shaders::ShaderLibrary;
 use super::state::{AttrState, Block, BlockKind, Handle, Names, OptionState, Site, Value};
@@ -39,8 +41,12 @@ pub use record::{Geometries, Recorded, Recording};
 
 /// Most blocks open at a time.
 const MAX_BLOCKS: usize = 1000;
-/// Most times in a motion block, and twice that in the current transformation.
+/// Most times in a motion block.
 const MAX_TIMES: usize = 128;
+/// Most motion blocks in the current transformation.
+const MAX_MOVING: usize = 256;
+/// Most keys in the current transformation, over all motion blocks.
+const MAX_KEYS: usize = 8192;
 /// Most named spaces.
 const MAX_SPACES: usize = 4096;
 /// Most displays, and kinds of quantization.
@@ -158,7 +164,7 @@ impl Interp {
             return Ok(Flow::Next);
         }
         self.hold_args(&call)?;
-        if self.motion.is_some() && call.statement.id != Id::MotionEnd {
+        if self.motion.is_some() {
             return self.run_in_motion(call);
         }
         self.dispatch(call)
@@ -197,18 +203,18 @@ impl Interp {
             return Ok(());
         }
         let bytes = call.args.heap_bytes() + 64;
-        self.hold(call, bytes)?;
+        self.hold(call.site.pos, bytes)?;
         if self.world.is_none() {
             self.kept = self.kept.saturating_add(bytes);
         }
         Ok(())
     }
 
-    fn hold(&mut self, call: &Call<'_>, bytes: u64) -> Result<(), Fault> {
+    fn hold(&mut self, pos: Pos, bytes: u64) -> Result<(), Fault> {
         self.room.hold(bytes).map_err(|full| {
             let limit = full.limit;
             let message = format!("the {limit} bytes granted for a frame are used up: expected less data");
-            Fault::error(call.site.pos, message)
+            Fault::error(pos, message)
         })
     }
 

@@ -82,15 +82,16 @@ impl Interp {
         let options = Arc::make_mut(&mut self.options);
         match call.statement.id {
             Id::DepthOfField => {
-                options.lens = lens(args.nums(0)).map_err(wrong)?;
-                if options.lens.is_some() {
-                    self.count("depth of field is not drawn yet: all is in focus", call.site);
-                }
+                let lens = lens(args.nums(0)).map_err(wrong)?;
+                options.lens = lens.map(|lens| (lens, call.site.clone()));
             }
             Id::Shutter => {
                 let (open, close) = (args.num(0) as f32, args.num(1) as f32);
                 if open > close {
                     return Err(wrong("expected the opening time not to be after the closing time"));
+                }
+                if !(close - open).is_finite() {
+                    return Err(wrong("expected times that single precision can tell the difference of"));
                 }
                 options.shutter = [open, close];
             }
@@ -151,24 +152,6 @@ impl Interp {
         }
         self.ctm = Default::default();
         Ok(())
-    }
-
-    fn hider(&mut self, call: &Call<'_>) {
-        let args = call.args;
-        let name = args.text(0).unwrap_or_default();
-        if name != "hidden" {
-            let message = format!("hider \"{name}\" is unknown: expected \"hidden\", which is used");
-            return self.say(Fault::warning(args.pos(0), message));
-        }
-        for param in &args.params {
-            match (args.param_name(param), args.param_floats(param).first()) {
-                ("jitter", Some(value)) => Arc::make_mut(&mut self.options).jitter = *value != 0.0,
-                (name, _) => {
-                    let message = format!("hider parameter \"{name}\" has no effect in Olema");
-                    self.said.push(Fault::note(param.pos, message));
-                }
-            }
-        }
     }
 
     fn display(&mut self, call: &Call<'_>) {
@@ -251,12 +234,14 @@ fn format(call: &Call<'_>, options: &mut OptionState) -> Result<(), String> {
 
 fn lens(numbers: &[f64]) -> Result<Option<Lens>, &'static str> {
     let [fstop, focal_length, focal_distance] = *numbers else { return Ok(None) };
-    if fstop <= 0.0 || focal_length <= 0.0 || focal_distance <= 0.0 {
+    // In single precision, as the scene keeps it.
+    let lens = Lens::new(fstop as f32, focal_length as f32, focal_distance as f32);
+    let radius = lens.focal_length / (2.0 * lens.fstop);
+    if !(lens.fstop > 0.0 && lens.focal_length > 0.0 && lens.focal_distance > 0.0 && radius.is_finite()) {
         return Err("expected an f-stop, a focal length and a focal distance above 0");
     }
-    let pinhole = fstop >= 1e30;
-    let lens = Lens::new(fstop as f32, focal_length as f32, focal_distance as f32);
-    Ok((!pinhole).then_some(lens))
+    // RI_INFINITY, the standard's pinhole, is written as 1e38.
+    Ok((fstop < 1e30).then_some(lens))
 }
 
 fn filter(call: &Call<'_>) -> Result<Filter, String> {

@@ -90,7 +90,7 @@ impl Interp {
         }
         let bytes = call.args.heap_bytes() + size_of::<Recorded>() as u64;
         recorder.bytes += bytes;
-        self.hold(&call, bytes)?;
+        self.hold(call.site.pos, bytes)?;
         self.kept = self.kept.saturating_add(bytes);
         if id == Id::Declare {
             // What follows is read with it.

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
+use glam::DMat4;
 use olema::scene::{
     Attributes, Class, Geometry, Keyed, PatchKind, PatchMesh, Points, PrimVar, Primitive, VarType, VarValues,
 };
@@ -30,16 +31,16 @@ impl Interp {
         if let Some(cell) = call.geometries {
             cell.get_or_init(|| (bases, geometry.clone()));
         }
-        self.emit(call, geometry, call.site)
+        self.emit(geometry, call.site)
     }
 
     /// Adds a primitive to the world.
-    pub(super) fn emit(&mut self, call: &Call<'_>, geometry: Geometry, site: &Site) -> Result<(), Fault> {
+    pub(super) fn emit(&mut self, geometry: Geometry, site: &Site) -> Result<(), Fault> {
         if !self.attrs.is_detail_drawn() {
             return Ok(());
         }
         if self.attrs.lights_changed {
-            self.hold(call, 4 * self.attrs.lights.len() as u64)?;
+            self.hold(site.pos, 4 * self.attrs.lights.len() as u64)?;
             let attrs = Arc::make_mut(&mut self.attrs);
             attrs.look.lights = Arc::from(attrs.lights.as_slice());
             attrs.lights_changed = false;
@@ -56,8 +57,10 @@ impl Interp {
             displacement_bound,
             ..self.attrs.look.clone()
         };
-        let sizes = size_of::<Primitive>() + size_of::<Attributes>() + size_of::<glam::DMat4>();
-        self.hold(call, (sizes * (1 + self.ctm.times().len()) + look.origin.len() + look.name.len()) as u64)?;
+        // Factors that move are shared, and were charged where they were made.
+        let factors = size_of_val(self.ctm.factors()) + size_of::<Keyed<DMat4>>() + size_of::<DMat4>();
+        let sizes = size_of::<Primitive>() + size_of::<Attributes>() + factors;
+        self.hold(site.pos, (sizes + look.origin.len() + look.name.len()) as u64)?;
         if let Some(world) = &mut self.world {
             let (to_world, attributes) = (self.ctm.clone(), Arc::new(look));
             world.scene.primitives.push(Primitive { geometry, to_world, attributes });
@@ -86,7 +89,7 @@ impl Interp {
             Sizes { uniform, varying: cu.saturating_mul(cv), vertex, facevarying: uniform.saturating_mul(4) };
         mesh.points = Keyed::still(control_points(call, &mesh, [pu, pv])?);
         mesh.vars = params::prim_vars(call.args, &sizes, &mut self.said);
-        self.hold(call, mesh_bytes(&mesh))?;
+        self.hold(call.site.pos, mesh_bytes(&mesh))?;
         Ok(Geometry::Patches(Arc::new(mesh)))
     }
 

@@ -4,16 +4,16 @@ use glam::{DMat4, DVec3};
 use olema::scene::{Keyed, Transform};
 
 use super::super::fault::Fault;
-use super::super::state::Space;
+use super::super::state::{Site, Space};
 use super::super::statements::Id;
 use super::super::transform;
-use super::{Call, Interp, MAX_SPACES, MAX_TIMES};
+use super::{Call, Interp, MAX_KEYS, MAX_MOVING, MAX_SPACES};
 
 impl Interp {
     /// Runs a transform statement.
     pub(super) fn transform(&mut self, call: &Call<'_>) -> Result<(), Fault> {
         let (matrix, replaces) = self.matrix_of(call)?;
-        self.apply(call, &Keyed::still(matrix), replaces)
+        self.apply(call.statement.name, call.site, &Keyed::still(matrix), replaces)
     }
 
     /// A transform statement's matrix, and whether it replaces the current one.
@@ -32,7 +32,7 @@ impl Interp {
             Id::Scale => (DMat4::from_scale(offset()?), false),
             Id::Rotate => {
                 let matrix = args.array(0).and_then(transform::rotate);
-                (matrix.ok_or_else(|| numbers("expected an axis that is longer than 0"))?, false)
+                (matrix.ok_or_else(|| numbers("expected a finite angle and an axis longer than 0"))?, false)
             }
             Id::Skew => {
                 let matrix = args.array(0).and_then(transform::skew);
@@ -57,25 +57,47 @@ impl Interp {
         })
     }
 
-    /// Changes the current transformation, if it can still be inverted then.
-    pub(super) fn apply(&mut self, call: &Call<'_>, m: &Keyed<DMat4>, replaces: bool) -> Result<(), Fault> {
-        if self.ctm.times().len() + m.times.len() > 2 * MAX_TIMES {
-            let message = format!(
-                "expected at most {} times in all motion blocks around an object; ignored",
-                2 * MAX_TIMES
-            );
-            return Err(Fault::error(call.site.pos, message));
-        }
+    /// Changes the current transformation, if it can still be inverted then. The statement is `name` at `site`.
+    pub(super) fn apply(
+        &mut self,
+        name: &str,
+        site: &Site,
+        m: &Keyed<DMat4>,
+        replaces: bool,
+    ) -> Result<(), Fault> {
         let mut next = if replaces { Transform::default() } else { self.ctm.clone() };
         next.concat(m);
-        if !next.all(transform::is_regular) {
-            let name = call.statement.name;
+        if m.values.len() > 1 {
+            self.check_moving(site, &next)?;
+            let bytes = m.values.len() * (size_of::<DMat4>() + size_of::<f32>());
+            self.hold(site.pos, bytes as u64)?;
+            if self.world.is_none() {
+                self.kept = self.kept.saturating_add(bytes as u64);
+            }
+        }
+        // All factors but the last were looked at before.
+        let last = next.factors().last().is_none_or(|last| last.values.iter().all(transform::is_regular));
+        if !(last && transform::is_regular(&next.first())) {
             let message =
                 format!("{name} makes a singular transformation: expected one that can be inverted; ignored");
-            return Err(Fault::error(call.site.pos, message));
+            return Err(Fault::error(site.pos, message));
         }
         self.ctm = next;
         Ok(())
+    }
+
+    /// What moves costs time for every primitive that it moves.
+    fn check_moving(&self, site: &Site, next: &Transform) -> Result<(), Fault> {
+        let keys = || next.factors().iter().map(|factor| factor.times.len());
+        let (num_moving, num_keys) = (keys().filter(|num| *num > 0).count(), keys().sum::<usize>());
+        if num_moving <= MAX_MOVING && num_keys <= MAX_KEYS {
+            return Ok(());
+        }
+        let message = format!(
+            "{num_moving} motion blocks with {num_keys} keys around an object: expected at most {MAX_MOVING} with \
+             {MAX_KEYS}; this one is ignored"
+        );
+        Err(Fault::error(site.pos, message))
     }
 
     /// From a named space to the space that the current transformation leads to.

@@ -5,6 +5,7 @@ mod bad_input;
 mod blocks;
 mod displacement;
 mod meshes;
+mod motion;
 mod options;
 mod soup;
 mod surfaces;

@@ -5,6 +5,7 @@ pub mod closed;
 pub mod cracks;
 pub mod creature;
 pub mod goldens;
+pub mod moving;
 pub mod occlusion_scenes;
 pub mod scenes;
 pub mod shapes;

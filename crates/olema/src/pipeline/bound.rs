@@ -372,9 +372,9 @@ mod tests {
 
     #[test]
     fn keys_divide_the_time() {
-        let boxes = vec![[0.0, 1.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [10.0, 11.0, 0.0, 1.0]];
-        let [from, to] =
-            Sweep::new(boxes).meets(&[0.0, 0.75, 1.0], [10.0, 12.0, 0.0, 1.0]).expect("at the end");
+        let boxes = [[0.0, 1.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [10.0, 11.0, 0.0, 1.0]];
+        let sweep = sweep_of(&boxes, &[0.0, 0.75, 1.0]);
+        let [from, to] = sweep.meets([10.0, 12.0, 0.0, 1.0]).expect("at the end");
         assert!((from - 0.975).abs() < 1e-3 && to == 1.0, "{from} {to}");
     }
 }

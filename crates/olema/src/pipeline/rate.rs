@@ -69,71 +69,57 @@ impl Blur {
     const NONE: Blur = Blur { motion_px: 0.0, focus_px: 0.0 };
 }
 
-/// Motion keys at which sizes are measured, with the part of the shutter that each stands for: at most five, spread
-/// evenly over the time.
+/// Motion keys at which sizes are measured: at most five, spread evenly over the time.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasuredKeys {
-    keys: [(usize, f32); 5],
+    keys: [usize; 5],
     len: usize,
 }
 
 impl MeasuredKeys {
     /// Of these key times, at least one.
     pub fn new(key_times: &[f32]) -> Self {
-        let mut measured = MeasuredKeys { keys: [(0, 1.0); 5], len: 1 };
-        if key_times.len() == 1 {
-            return measured;
-        }
-        measured.len = 0;
-        for wanted in [0.0, 0.25, 0.5, 0.75, 1.0] {
+        let mut measured = MeasuredKeys { keys: [0; 5], len: 1 };
+        for wanted in [0.25, 0.5, 0.75, 1.0] {
             let apart = |key: &usize| (key_times[*key] - wanted).abs();
             let nearest = (0..key_times.len()).min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or(0);
-            if measured.len == 0 || measured.keys[measured.len - 1].0 != nearest {
-                measured.keys[measured.len] = (nearest, 0.0);
+            if measured.keys[measured.len - 1] != nearest {
+                measured.keys[measured.len] = nearest;
                 measured.len += 1;
             }
-        }
-        for ix in 1..measured.len {
-            let [before, after] = [ix - 1, ix].map(|ix| key_times[measured.keys[ix].0]);
-            measured.keys[ix - 1].1 += (after - before) / 2.0;
-            measured.keys[ix].1 += (after - before) / 2.0;
         }
         measured
     }
 
     /// The keys.
     pub fn keys(&self) -> impl Iterator<Item = usize> + '_ {
-        self.keys[..self.len].iter().map(|(key, _)| *key)
+        self.keys[..self.len].iter().copied()
     }
 
-    fn weights(&self) -> impl Iterator<Item = f32> + '_ {
-        self.keys[..self.len].iter().map(|(_, weight)| *weight)
-    }
-
-    /// The depth from which on lengths count. What moves past the eye is not diced for the moment in which it is
-    /// closest; where it is nowhere in front of the near plane, `None` at first, it is measured as if it stood still.
+    /// The depths from which on lengths count, tried in turn. What moves past the eye is not diced for the moment in
+    /// which it is closest; what is nowhere in front of the near plane is measured as if it stood still.
     fn least_depths(&self, camera: &RasterCamera) -> impl Iterator<Item = f32> {
         let visible = (self.len > 1 && camera.perspective).then_some(camera.near);
         visible.into_iter().chain([eye_depth(camera)])
     }
 
-    /// The length to dice for, of lengths at the keys: the largest, as long as it is not many times the mean.
+    /// The length to dice for, of lengths at the keys: the largest, as long as it is not many times the median.
     fn wanted(&self, lengths: impl Iterator<Item = Option<f32>>) -> Option<f32> {
-        let (mut sum, mut total, mut largest) = (0.0f32, 0.0f32, None);
-        for (length, weight) in lengths.zip(self.weights()) {
-            let Some(length) = length else { continue };
-            sum += weight * length;
-            total += weight;
-            largest = Some(length.max(largest.unwrap_or(0.0)));
+        let (mut sorted, mut num) = ([0.0f32; 5], 0);
+        for length in lengths.flatten() {
+            sorted[num] = length;
+            num += 1;
         }
-        // A single key keeps its length to the last bit.
-        largest.map(|largest| if total > 0.0 { largest.min(MOST_OVER_MEAN * (sum / total)) } else { largest })
+        sorted[..num].sort_by(f32::total_cmp);
+        let largest = *sorted[..num].last()?;
+        let median = (sorted[(num - 1) / 2] + sorted[num / 2]) * 0.5;
+        Some(largest.min(MOST_OVER_MEDIAN * median))
     }
 }
 
-/// How much longer than on the mean over the time something may be and still be diced for that: it is blurred so
-/// much that nothing finer shows. What grows evenly is at most twice the mean.
-const MOST_OVER_MEAN: f32 = 2.0;
+/// How much longer than most of the time something may be and still be diced for that: beyond it it is blurred so
+/// much that nothing finer shows. What grows evenly is at most twice the median.
+const MOST_OVER_MEDIAN: f32 = 2.0;
 
 /// How an edge is cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,3 +10,4 @@ pub mod occlusion_scenes;
 pub mod scenes;
 pub mod shapes;
 pub mod teapot;
+pub mod torus;

@@ -72,7 +72,15 @@ fn rasterizers(c: &mut Criterion) {
                 let grid =
                     MovingGrid { m: SIDE, n: SIDE, times: &times, x: &x, y: &y, depth: &depth, coc: &coc };
                 let (facing, micropolygons) = (Facing::Any, Micropolygons::Quads);
-                let draw = MovingDraw { grid, pattern, samples: &samples, facing, skip: None, micropolygons };
+                let draw = MovingDraw {
+                    grid,
+                    pattern,
+                    samples: &samples,
+                    facing,
+                    skip: None,
+                    micropolygons,
+                    times: MovingDraw::ALL_TIMES,
+                };
                 let mut sink = Depths(vec![f32::INFINITY; samples.len()]);
                 let mut run = || {
                     let mut counts = SampleCounts::default();

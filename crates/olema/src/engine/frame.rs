@@ -85,6 +85,7 @@ impl<'a> FrameData<'a> {
             seed: settings.seed,
             jitter: settings.jitter,
             lens: lens_shape(scene),
+            lens_scale: camera.lens_scale(),
             shutter: shutter_shape(scene),
             ..PatternSpec::default()
         });

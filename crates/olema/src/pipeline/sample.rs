@@ -206,6 +206,8 @@ impl TileBuffers {
             facing,
             skip: grid.has_slow().then_some(grid.slow.is_slow.as_slice()),
             micropolygons: Micropolygons::Quads,
+            // Parts of the shutter are grown by more than this rounds off.
+            times: times.map(|t| (t * 32_768.0).clamp(0.0, 32_767.0) as i16),
         };
         let drawn = context.rasterizer.rasterize(&draw, &mut self.counts, &mut sink);
         debug_assert!(drawn.is_ok(), "settings were checked: {drawn:?}");

@@ -66,8 +66,11 @@ pub fn estimate(draw: &MovingDraw) -> Estimate {
     let m = f64::from(draw.pattern.samples_per_pixel());
     let num_tuples = m * k * k;
     let mean = |tests: f64| tests / probes.num.max(1) as f64;
-    let interval = m * (INTERVAL_OPS[0] + INTERVAL_OPS[1] * mean(interval_tests));
-    let interleave = num_tuples * (INTERLEAVE_OPS[0] + INTERLEAVE_OPS[1] * mean(interleave_tests));
+    // Strata and tuples of other times are not looked at.
+    let [first, last] = draw.times.map(f64::from);
+    let part = ((last + 1.0 - first) / 32_768.0).clamp(0.0, 1.0);
+    let interval = m * (INTERVAL_OPS[0] * (part + 1.0 / m).min(1.0) + INTERVAL_OPS[1] * mean(interval_tests));
+    let interleave = num_tuples * (INTERLEAVE_OPS[0] * part + INTERLEAVE_OPS[1] * mean(interleave_tests));
     let fits = draw.pattern.tile() <= MAX_TILE;
     Estimate { interval, interleave: if fits { interleave } else { f64::INFINITY } }
 }

@@ -36,6 +36,27 @@ pub struct MovingDraw<'a> {
     pub skip: Option<&'a [bool]>,
     /// Quads or triangles; the hits are the same.
     pub micropolygons: Micropolygons,
+    /// First and last time (t15 of [`super::Tuple`]) at which a sample of the region can be hit: others are not
+    /// looked at.
+    pub times: [i16; 2],
+}
+
+impl MovingDraw<'_> {
+    /// The whole time.
+    pub const ALL_TIMES: [i16; 2] = [0, i16::MAX];
+
+    /// Whether a stratum has a tuple within [`Self::times`].
+    #[inline(always)]
+    pub(super) fn has_stratum(&self, stratum: u32) -> bool {
+        let [first, last] = self.pattern.stratum_bounds(stratum).t15;
+        last >= self.times[0] && first <= self.times[1]
+    }
+
+    /// Whether a tuple is within [`Self::times`].
+    #[inline(always)]
+    pub(super) fn has_tuple(&self, tuple_ix: u32) -> bool {
+        (self.times[0]..=self.times[1]).contains(&self.pattern.tuples()[tuple_ix as usize].t15)
+    }
 }
 
 /// A triangle of a quad: its number and its corners.

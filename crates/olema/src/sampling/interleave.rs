@@ -19,9 +19,10 @@ pub const MAX_TILE: u32 = 8;
 
 /// Rasterizes a grid; K must be at most [`MAX_TILE`] for this to be of use.
 pub(super) fn rasterize<S: HitSink>(draw: &MovingDraw, counts: &mut SampleCounts, sink: &mut S) {
-    let num_tuples = draw.pattern.tuples().len() as u32;
+    let all = 0..draw.pattern.tuples().len() as u32;
+    let tuples: Vec<u32> = all.filter(|&tuple_ix| draw.has_tuple(tuple_ix)).collect();
     draw.for_each(counts, sink, |micropolygon, counts, sink| {
-        for tuple_ix in 0..num_tuples {
+        for &tuple_ix in &tuples {
             let placed = micropolygon.place(tuple_ix);
             test_tiles(draw, micropolygon, tuple_ix, &placed, counts, sink);
         }

@@ -14,7 +14,8 @@ use super::nomotion::{HitSink, SampleCounts};
 /// Rasterizes a grid.
 pub fn rasterize<S: HitSink>(draw: &MovingDraw, counts: &mut SampleCounts, sink: &mut S) {
     draw.for_each(counts, sink, |micropolygon, counts, sink| {
-        for stratum in 0..draw.pattern.samples_per_pixel() {
+        let strata = 0..draw.pattern.samples_per_pixel();
+        for stratum in strata.filter(|&stratum| draw.has_stratum(stratum)) {
             let reach = Reach::of(&bound(draw, micropolygon, stratum));
             test_pixels(draw, micropolygon, stratum, reach, counts, sink);
         }

@@ -12,10 +12,11 @@
 //! - Every pixel of a tile holds one tuple of each stratum, so x, y, time and lens are stratified in each
 //!   pixel, and each tuple is used once a tile. Which pixel holds which rank is, stratum by stratum, a
 //!   permutation computed from a hash of (set, stratum); the set is a hash of the tile and the seed.
-//! - The cells of a stratum are those of [`Strata`]. Within them the K^2 tuples of a stratum are a Sobol
-//!   sequence in (x, y, t, p, q), Owen-scrambled by hash (Burley, "Practical Hash-based Owen Scrambling",
-//!   2020), of which the order in each dimension is kept and the rest jittered. So time takes N different
-//!   intervals over a tile, and each axis of the lens square too.
+//! - The cells of a stratum are those of [`Strata`]. Within its column of x and y, its interval of time and its
+//!   cell of the lens the K^2 tuples of a stratum are a Sobol sequence in (x, y, t, p, q), Owen-scrambled by hash
+//!   (Burley, "Practical Hash-based Owen Scrambling", 2020), of which the order in each dimension is kept and the
+//!   rest jittered. So time takes N different intervals over a tile, and the lens is filled all over: a
+//!   highlight out of focus is a disk, and not M spots.
 //! - How well that spreads: coverage by edges of random place and direction, 16 samples, box of 1 pixel, root
 //!   mean square error below that of independent samples, and of a jittered grid with shuffled jittered time
 //!   and lens strata (test `moving_edges_are_less_noisy_than_random_samples`): still 8.2 and 1.9 dB, moving by
@@ -44,6 +45,9 @@ pub struct PatternSpec {
     pub jitter: bool,
     /// Shape of the lens.
     pub lens: LensShape,
+    /// Factors on lens places along u and v, each above 0 and at most 1. Where pixels are not square, circles of
+    /// confusion are ellipses on the raster: their radius is that along the longer axis, with factor 1.
+    pub lens_scale: [f64; 2],
     /// Shape of the shutter.
     pub shutter: ShutterShape,
     /// How a tile picks its set.
@@ -59,6 +63,7 @@ impl Default for PatternSpec {
             seed: 0,
             jitter: true,
             lens: LensShape::Round,
+            lens_scale: [1.0; 2],
             shutter: ShutterShape::Box,
             set_rule: SetRule::Hashed,
         }
@@ -90,9 +95,9 @@ pub fn default_tile(samples_per_pixel: u32) -> u32 {
 /// One of the N places in time, lens and pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tuple {
-    /// Lens place times 32768, in -32767..=32767, within the unit disk.
+    /// Lens place times 32768, in -32767..=32767, within the unit disk; to the right, as raster x.
     pub u15: i16,
-    /// See `u15`; v points up as the camera's y does.
+    /// See `u15`; down, as raster y. [`LensShape`] has v up: this is -v.
     pub v15: i16,
     /// Time within the shutter times 32768, in 0..=32767.
     pub t15: i16,
@@ -282,14 +287,23 @@ fn append_stratum(spec: &PatternSpec, strata: &Strata, stratum: u32, tuples: &mu
         scrambled_order(num_ranks, dim, hash(&[spec.seed, stratum, dim as u32, 4]))
     });
     for rank in 0..num_ranks {
+        let jitter = |dim: usize| {
+            if spec.jitter { unit(hash(&[spec.seed, stratum, rank, dim as u32, 5])) } else { 0.5 }
+        };
         let place = |dim: usize| {
-            let jitter =
-                if spec.jitter { unit(hash(&[spec.seed, stratum, rank, dim as u32, 5])) } else { 0.5 };
-            let in_column = (f64::from(parts[dim][rank as usize]) + jitter) / f64::from(num_ranks);
+            let in_column = (f64::from(parts[dim][rank as usize]) + jitter(dim)) / f64::from(num_ranks);
             (f64::from(columns[dim]) + in_column) / f64::from(m)
         };
         // A cell of the lens and of time is cut before shape and shutter warp it.
-        let [u15, v15] = spec.lens.place(strata.to_disk(place(P), place(Q))).map(lens15);
+        let [p, q] = [P, Q].map(|dim| {
+            // Along each axis the N tuples take the N intervals of width 1/N, one each; with K = 1 these are the
+            // strata's columns.
+            let (width, column) = (strata.columns_of_cell(dim), u32::from(columns[dim]));
+            let part = (column / width) * num_ranks + parts[dim][rank as usize];
+            (f64::from(part * width + column % width) + jitter(dim)) / f64::from(m * num_ranks)
+        });
+        let [u, v] = spec.lens.place(strata.to_disk(p, q));
+        let [u15, v15] = [lens15(u * spec.lens_scale[0]), lens15(-v * spec.lens_scale[1])];
         let t_cell = positions_of_cell(strata.time_cell(stratum), m, 32_768);
         let t15 = ((place(T) * 32_768.0) as u32).clamp(t_cell.0, t_cell.1);
         let t15 = match spec.shutter {

@@ -16,7 +16,7 @@ pub(super) fn rasterize<S: HitSink>(draw: &MovingDraw, counts: &mut SampleCounts
     let MovingDraw { pattern, samples, .. } = draw;
     debug_assert_eq!(pattern.tile(), 1);
     draw.for_each(counts, sink, |micropolygon, counts, sink| {
-        for (j, tuple) in pattern.tuples().iter().enumerate() {
+        for (j, tuple) in pattern.tuples().iter().enumerate().filter(|&(j, _)| draw.has_tuple(j as u32)) {
             let placed = micropolygon.place(j as u32);
             let reach = Reach::of(&Extent::around(&placed));
             let [px_first, px_last] = reach.pixels(&samples.region, 0);

@@ -99,7 +99,12 @@ impl Strata {
     /// The lens cell of stratum j along p and q.
     pub fn lens_cell(&self, stratum: u32) -> [u32; 2] {
         let column = self.columns[stratum as usize];
-        [u32::from(column[P]) / self.lens_grid[1], u32::from(column[Q]) / self.lens_grid[0]]
+        [P, Q].map(|dim| u32::from(column[dim]) / self.columns_of_cell(dim))
+    }
+
+    /// Columns across a cell along an axis: x, y, t, p or q.
+    pub fn columns_of_cell(&self, dim: usize) -> u32 {
+        [self.grid[1], self.grid[0], 1, self.lens_grid[1], self.lens_grid[0]][dim]
     }
 
     /// From the lens square to the disk.
@@ -136,9 +141,7 @@ impl Strata {
         }
     }
 
-    /// Exchanges columns between strata to lower discrepancy and correlations, for a fixed amount of work, by threshold
-    /// accepting (Dueck and Scheuer 1990): what makes things worse is kept too if it is by less than a
-    /// threshold that falls to 0.
+    /// Exchanges columns between strata to lower discrepancy and correlations, for a fixed amount of work.
     fn improve(&mut self, stream: &mut Stream) {
         let m = self.num();
         if m < 3 {
@@ -146,22 +149,21 @@ impl Strata {
         }
         let kernel = Kernel::new(m);
         let num_trials = (WORK / m).min(500 * m);
-        let mut places: Vec<[f64; 5]> = (0..m as usize).map(|i| self.centre(i)).collect();
+        let lens_centres = self.lens_centres();
+        let mut places: Vec<Centres> = (0..m as usize).map(|i| self.centres(i, &lens_centres)).collect();
         let mut related = relations(&places);
-        let mut typical = 0.0;
+        let mut threshold = Threshold::new(HEAT, num_trials);
         for trial in 0..num_trials {
             let (i, k) = (stream.below(m) as usize, stream.below(m) as usize);
             let Some(dims) = self.exchange(i, k, stream.below(6)) else { continue };
             let kept_places = [places[i], places[k]];
             let before = kernel.energy(&self.columns, i) + kernel.energy(&self.columns, k);
             self.swap(i, k, dims);
-            [places[i], places[k]] = [self.centre(i), self.centre(k)];
+            [places[i], places[k]] = [i, k].map(|stratum| self.centres(stratum, &lens_centres));
             let now_related = relations(&places);
             let change = kernel.energy(&self.columns, i) + kernel.energy(&self.columns, k) - before
                 + RELATED * f64::from(m) * (now_related - related);
-            typical = if typical == 0.0 { change.abs() } else { typical + 0.02 * (change.abs() - typical) };
-            let left = 1.0 - f64::from(trial) / f64::from(num_trials);
-            if change < HEAT * typical * left * left {
+            if threshold.accepts(change, trial) {
                 related = now_related;
             } else {
                 self.swap(i, k, dims);
@@ -170,13 +172,40 @@ impl Strata {
         }
     }
 
-    /// The centre of stratum i as (x, y, t, u, v), each scaled to a mean of 0 and a variance of 1.
-    fn centre(&self, i: usize) -> [f64; 5] {
+    /// The middle of each cell of the lens, row by row: the mean of 4 x 4 places in it.
+    fn lens_centres(&self) -> Vec<[f64; 2]> {
+        let [a, b] = self.lens_grid;
+        let within =
+            |cell: u32, sub: u32, num: u32| (f64::from(cell) + (f64::from(sub) + 0.5) / 4.0) / f64::from(num);
+        let of_cell = |cell: u32| {
+            let mut sum = [0.0; 2];
+            for sub in 0..16 {
+                let polar = self.to_disk(within(cell % a, sub % 4, a), within(cell / a, sub / 4, b));
+                let [u, v] = LensShape::Round.place(polar);
+                sum = [sum[0] + u / 16.0, sum[1] + v / 16.0];
+            }
+            sum
+        };
+        (0..a * b).map(of_cell).collect()
+    }
+
+    /// Of stratum i the centre of its columns, where the one tuple of K = 1 is, and that of its cell, around which
+    /// many are.
+    fn centres(&self, i: usize, lens_centres: &[[f64; 2]]) -> Centres {
         let m = f64::from(self.num());
-        let at = |dim: usize| (f64::from(self.columns[i][dim]) + 0.5) / m;
-        let [u, v] = LensShape::Round.place(self.to_disk(at(P), at(Q)));
-        let uniform = |value: f64| (value - 0.5) * 12.0f64.sqrt();
-        [uniform(at(X)), uniform(at(Y)), uniform(at(T)), 2.0 * u, 2.0 * v]
+        let at = |dim: usize, width: u32| {
+            let cell = u32::from(self.columns[i][dim]) / width;
+            (f64::from(cell) + 0.5) * f64::from(width) / m
+        };
+        let scaled = |[x, y, t]: [f64; 3], [u, v]: [f64; 2]| {
+            let uniform = |value: f64| (value - 0.5) * 12.0f64.sqrt();
+            [uniform(x), uniform(y), uniform(t), 2.0 * u, 2.0 * v]
+        };
+        let lens = LensShape::Round.place(self.to_disk(at(P, 1), at(Q, 1)));
+        let [p, q] = self.lens_cell(i as u32);
+        let lens_centre = lens_centres[(q * self.lens_grid[0] + p) as usize];
+        let of_cell = [X, Y, T].map(|dim| at(dim, self.columns_of_cell(dim)));
+        [scaled([X, Y, T].map(|dim| at(dim, 1)), lens), scaled(of_cell, lens_centre)]
     }
 
     /// The dimensions that strata i and k may exchange without leaving their cells, for a kind of exchange.
@@ -184,16 +213,17 @@ impl Strata {
         if i == k {
             return None;
         }
-        let same = |dim: usize, height: u32| {
-            u32::from(self.columns[i][dim]) / height == u32::from(self.columns[k][dim]) / height
+        let same = |dim: usize| {
+            let cell = |stratum: usize| u32::from(self.columns[stratum][dim]) / self.columns_of_cell(dim);
+            cell(i) == cell(k)
         };
         match kind {
-            0 if same(X, self.grid[1]) => Some(&[X]),
-            1 if same(Y, self.grid[0]) => Some(&[Y]),
+            0 if same(X) => Some(&[X]),
+            1 if same(Y) => Some(&[Y]),
             2 => Some(&[T]),
             3 => Some(&[P, Q]),
-            4 if same(P, self.lens_grid[1]) => Some(&[P]),
-            5 if same(Q, self.lens_grid[0]) => Some(&[Q]),
+            4 if same(P) => Some(&[P]),
+            5 if same(Q) => Some(&[Q]),
             _ => None,
         }
     }
@@ -216,6 +246,29 @@ const RELATED: f64 = 0.5;
 
 /// First threshold, over the size of a typical change.
 const HEAT: f64 = 0.3;
+
+/// Threshold accepting (Dueck and Scheuer 1990): a change for the worse is kept too if it is by less than a
+/// threshold that falls to 0.
+pub(super) struct Threshold {
+    heat: f64,
+    num_trials: u32,
+    typical: f64,
+}
+
+impl Threshold {
+    /// `heat` is the first threshold over the size of a typical change.
+    pub fn new(heat: f64, num_trials: u32) -> Self {
+        Threshold { heat, num_trials, typical: 0.0 }
+    }
+
+    /// Whether trial `trial` (0..num_trials) keeps a change of what is to become low.
+    pub fn accepts(&mut self, change: f64, trial: u32) -> bool {
+        let size = change.abs();
+        self.typical = if self.typical == 0.0 { size } else { self.typical + 0.02 * (size - self.typical) };
+        let left = 1.0 - f64::from(trial) / f64::from(self.num_trials);
+        change < self.heat * self.typical * left * left
+    }
+}
 
 /// The mixture discrepancy, tabulated for columns (their centres).
 struct Kernel {
@@ -255,14 +308,19 @@ impl Kernel {
     }
 }
 
+/// Two places (x, y, t, u, v) of a stratum, each scaled to a mean of 0 and a variance of 1 over all of them.
+type Centres = [[f64; 5]; 2];
+
 /// Sum of the squared correlations between time, lens and place in the pixel.
-fn relations(places: &[[f64; 5]]) -> f64 {
-    let mut sums = [0.0; 8];
-    for [x, y, t, u, v] in places {
-        let products = [t * x, t * y, t * u, t * v, u * x, u * y, v * x, v * y];
-        sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+fn relations(places: &[Centres]) -> f64 {
+    let mut sums = [[0.0; 8]; 2];
+    for centres in places {
+        for (sums, [x, y, t, u, v]) in sums.iter_mut().zip(centres) {
+            let products = [t * x, t * y, t * u, t * v, u * x, u * y, v * x, v * y];
+            sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+        }
     }
-    sums.iter().map(|sum| sum * sum).sum::<f64>() / (places.len() * places.len()) as f64
+    sums.iter().flatten().map(|sum| sum * sum).sum::<f64>() / (places.len() * places.len()) as f64
 }
 
 /// a x b = m with a >= b and b as large as divides.

@@ -130,6 +130,7 @@ fn a_blurred_grid_and_a_large_tile_are_refused() {
             facing: Facing::Any,
             skip: None,
             micropolygons: Micropolygons::Quads,
+            times: MovingDraw::ALL_TIMES,
         };
         rasterizer.rasterize(&draw, &mut SampleCounts::default(), &mut AllHits::default())
     };

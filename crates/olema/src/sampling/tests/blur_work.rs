@@ -162,7 +162,15 @@ fn costs(
 ) -> [f64; 3] {
     let times = TupleTimes::new(pattern, &grid.key_times);
     let facing = crate::sampling::nomotion::Facing::Any;
-    let draw = MovingDraw { grid: grid.grid(&times), pattern, samples, facing, skip: None, micropolygons };
+    let draw = MovingDraw {
+        grid: grid.grid(&times),
+        pattern,
+        samples,
+        facing,
+        skip: None,
+        micropolygons,
+        times: MovingDraw::ALL_TIMES,
+    };
     let of = |rasterizer: Rasterizer, ops: [f64; 2], setups: usize| {
         let mut counts = SampleCounts::default();
         rasterizer.rasterize(&draw, &mut counts, &mut NoHits).expect("suited");

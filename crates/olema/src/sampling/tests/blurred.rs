@@ -61,8 +61,15 @@ impl Blurred {
     ) -> SampleCounts {
         let times = TupleTimes::new(pattern, &self.key_times);
         let How { rasterizer, facing, micropolygons } = how;
-        let draw =
-            MovingDraw { grid: self.grid(&times), pattern, samples, facing, skip: None, micropolygons };
+        let draw = MovingDraw {
+            grid: self.grid(&times),
+            pattern,
+            samples,
+            facing,
+            skip: None,
+            micropolygons,
+            times: MovingDraw::ALL_TIMES,
+        };
         let mut counts = SampleCounts::default();
         rasterizer.rasterize(&draw, &mut counts, sink).expect("suited");
         counts

@@ -23,9 +23,8 @@ fn is_permutation(mut values: impl Iterator<Item = u32>, n: u32) -> bool {
     all_new && seen.iter().all(|&s| s)
 }
 
-/// The square (p, q) of a lens place, by textbook functions, under the concentric map.
-fn lens_square(tuple: Tuple) -> [f64; 2] {
-    let [u, v] = [f64::from(tuple.u15) / 32768.0, f64::from(tuple.v15) / 32768.0];
+/// The square (p, q) of a lens place (u, v), v up, by textbook functions, under the concentric map.
+fn lens_square([u, v]: [f64; 2]) -> [f64; 2] {
     let radius = u.hypot(v);
     let eighths = v.atan2(u) / std::f64::consts::FRAC_PI_4;
     let [a, b] = if (-1.0..1.0).contains(&eighths) {
@@ -38,6 +37,11 @@ fn lens_square(tuple: Tuple) -> [f64; 2] {
         [-radius, -radius * (eighths - 4.0 * eighths.signum())]
     };
     [(a + 1.0) / 2.0, (b + 1.0) / 2.0]
+}
+
+/// The place on the lens, v up as [`LensShape`] has it.
+fn lens_place(tuple: &Tuple) -> [f64; 2] {
+    [f64::from(tuple.u15) / 32_768.0, -f64::from(tuple.v15) / 32_768.0]
 }
 
 fn check_cells(pattern: &SamplePattern) {
@@ -55,12 +59,12 @@ fn check_cells(pattern: &SamplePattern) {
             }
         }
         assert_eq!(tuple.t15 as u32 * m / 32_768, strata.time_cell(j), "{}", what());
-        let [u, v] = [f64::from(tuple.u15), f64::from(tuple.v15)];
-        assert!(u.hypot(v) <= 32_768.0, "{}", what());
+        let [u, v] = lens_place(tuple);
+        assert!(u.hypot(v) <= 1.0, "{}", what());
         let [p, q] = if strata.rings {
-            [(u * u + v * v) / (32_768.0 * 32_768.0), (v.atan2(u) / std::f64::consts::TAU).rem_euclid(1.0)]
+            [u * u + v * v, (v.atan2(u) / std::f64::consts::TAU).rem_euclid(1.0)]
         } else {
-            lens_square(*tuple)
+            lens_square([u, v])
         };
         let cell = strata.lens_cell(j);
         for (axis, place) in [p, q].into_iter().enumerate() {
@@ -320,5 +324,45 @@ fn grids_are_as_near_square_as_divides() {
     let expected = [(1, [1, 1]), (2, [2, 1]), (12, [4, 3]), (16, [4, 4]), (97, [97, 1]), (1000, [40, 25])];
     for (m, grid) in expected {
         assert_eq!(factor_nearly_square(m), grid);
+    }
+}
+
+/// What defocus shows of a highlight: a copy for each tuple, at its place on the lens.
+#[test]
+fn the_tuples_of_a_tile_fill_the_lens() {
+    let shares = |tile, parts: f64| {
+        let pattern = super::pattern([4, 4], tile);
+        let part = |tuple: &Tuple| lens_square(lens_place(tuple)).map(|v| (v * parts) as usize);
+        pattern.tuples().iter().map(part).collect::<HashSet<_>>().len() as f64 / (parts * parts)
+    };
+    // Of 8 x 8 and 16 x 16 parts of equal area, 64 tuples can take each; 256 and 1024 should take nearly all.
+    // Columns of width 1/M along p and q alone would leave them in 1/16 of the lens.
+    let [two, four, eight] = [(2, 8.0), (4, 8.0), (8, 16.0)].map(|(tile, parts)| shares(tile, parts));
+    eprintln!("lens taken by the tuples of a tile: K = 2 {two:.2}, K = 4 {four:.2}, K = 8 {eight:.2}");
+    assert!(two > 0.6 && four > 0.95 && eight > 0.95, "{two} {four} {eight}");
+}
+
+/// A highlight behind the focus shows the opening as it is: blades turned counter-clockwise are so in the picture.
+#[test]
+fn blades_turn_counter_clockwise_in_the_picture() {
+    // A triangle with a corner to the right, an eighth of a turn on: a corner up and right.
+    let lens = LensShape::Blades { num: 3, rotation: 0.125 };
+    let pattern = SamplePattern::new(PatternSpec { samples: [16, 16], lens, ..PatternSpec::default() });
+    let reach = |right: bool, up: bool| {
+        let seen = pattern.tuples().iter().filter(|t| (t.u15 > 0) == right && (t.v15 < 0) == up);
+        seen.map(|t| f64::from(t.u15).hypot(f64::from(t.v15))).fold(0.0, f64::max) / 32_768.0
+    };
+    assert!(reach(true, true) > 0.95, "a corner");
+    assert!(reach(false, false) < 0.75, "the middle of a side, 0.71 at most");
+}
+
+#[test]
+fn a_lens_scale_makes_ellipses() {
+    let spec = PatternSpec { samples: [16, 16], ..PatternSpec::default() };
+    let round = SamplePattern::new(spec.clone());
+    let flat = SamplePattern::new(PatternSpec { lens_scale: [1.0, 0.5], ..spec });
+    for (flat, round) in flat.tuples().iter().zip(round.tuples()) {
+        assert_eq!((flat.u15, flat.t15, flat.x, flat.y), (round.u15, round.t15, round.x, round.y));
+        assert!((2 * i32::from(flat.v15) - i32::from(round.v15)).abs() <= 1);
     }
 }

@@ -3,7 +3,7 @@
 //! In: an expression such as `$user:pass == 'beauty' && !defined(user:fast)`. Out: whether it holds, or what is
 //! wrong with it. Operators, from weak to strong: `||`, `&&`, `== != < <= > >=`, `!`, parentheses.
 
-use super::state::Value;
+use super::values::Value;
 
 /// Deepest nesting of parentheses and negations.
 const MAX_DEPTH: u32 = 64;

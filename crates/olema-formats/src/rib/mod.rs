@@ -25,6 +25,7 @@ mod state;
 pub mod statements;
 mod textures;
 mod transform;
+mod values;
 
 use std::io::Read;
 use std::path::{Path, PathBuf};

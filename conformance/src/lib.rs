@@ -2,6 +2,7 @@
 
 pub mod bad_shaders;
 pub mod closed;
+pub mod closed_moving;
 pub mod cracks;
 pub mod creature;
 pub mod goldens;

@@ -17,7 +17,7 @@ use crate::pipeline::displace::{Corrections, DisplaceContext, widen};
 use crate::pipeline::motion::{KeyTimes, scene_time, welded};
 use crate::pipeline::patch::Surfaces;
 use crate::pipeline::patchify::patchify;
-use crate::pipeline::piece::Piece;
+use crate::pipeline::piece::{Piece, Sabotage};
 use crate::pipeline::rate::Fineness;
 use crate::pipeline::resolve::FilterTable;
 use crate::pipeline::sample::DrawContext;
@@ -54,14 +54,21 @@ pub(super) struct FrameData<'a> {
     pub times: Vec<TupleTimes>,
     pub filter: FilterTable,
     pub tiles: Tiles,
+    /// A rule to break on purpose; `None` outside tests.
+    sabotage: Option<Sabotage>,
 }
 
 impl<'a> FrameData<'a> {
     /// Patchify and connect.
-    pub fn new(scene: &'a Scene, settings: &'a Settings, stats: &mut Stats) -> Self {
+    pub fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        sabotage: Option<Sabotage>,
+        stats: &mut Stats,
+    ) -> Self {
         let camera = RasterCamera::new(&scene.camera, settings.resolution);
         let fineness: Vec<Fineness> = scene.primitives.iter().map(|p| fineness(p, settings)).collect();
-        let (mut patches, mut edges, warnings) = connected(scene, &camera, settings, &fineness);
+        let (mut patches, mut edges, warnings) = connected(scene, &camera, settings, &fineness, sabotage);
         let info = |(ix, primitive)| {
             PrimitiveInfo::new(scene, &camera, primitive, patches.times.of(ix), settings.shading_time)
         };
@@ -108,6 +115,7 @@ impl<'a> FrameData<'a> {
             pattern,
             times,
             filter,
+            sabotage,
         }
     }
 
@@ -122,7 +130,7 @@ impl<'a> FrameData<'a> {
             grid_size: self.settings.grid_size,
             eye_splits: self.settings.eye_splits as u8,
             fineness: &self.fineness,
-            sabotage: None,
+            sabotage: self.sabotage,
         }
     }
 
@@ -407,10 +415,15 @@ fn connected(
     camera: &RasterCamera,
     settings: &Settings,
     fineness: &[Fineness],
+    sabotage: Option<Sabotage>,
 ) -> (PatchTable, EdgeTable, Vec<String>) {
     let (mut patches, mut warnings) = patchify(scene, &KeyTimes::still(scene));
     let mut edges = connect(&mut patches, fineness);
-    let times = KeyTimes::of_file(scene, &welded(scene, &patches, &edges));
+    let welded = |patches: &PatchTable, edges: &EdgeTable| match sabotage {
+        Some(Sabotage::KeyTimes) => (0..scene.primitives.len() as u32).collect(),
+        _ => welded(scene, patches, edges),
+    };
+    let times = KeyTimes::of_file(scene, &welded(&patches, &edges));
     if scene.camera.lens.is_some() && !camera.perspective {
         warnings.push("an orthographic camera has no lens: everything is in focus".to_owned());
     }
@@ -419,7 +432,7 @@ fn connected(
     }
     (patches, _) = patchify(scene, &times);
     edges = connect(&mut patches, fineness);
-    let welded = welded(scene, &patches, &edges);
+    let welded = welded(&patches, &edges);
     let (times, coarse) = KeyTimes::of_file(scene, &welded).refined(scene, camera, settings, &welded);
     for (primitive, error) in coarse {
         let name = scene.primitives[primitive as usize].attributes.object_name(primitive as usize);

@@ -19,6 +19,8 @@ fuzz_target!(|data: &[u8]| {
         frame.scene.validate().expect("a scene that can be rendered");
         for primitive in &frame.scene.primitives {
             assert!(primitive.to_world.first().inverse().is_finite());
+            // Wherever the keys lie, there is a matrix.
+            primitive.to_world.at(0.3);
         }
     }
     reader.take_diagnostics();

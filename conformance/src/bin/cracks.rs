@@ -11,7 +11,7 @@ use conformance::cracks::{CrackReport, is_closed, signed_hits};
 use conformance::scenes::small;
 use olema::Scene;
 use olema::scene::Scheme;
-use olema_formats::obj;
+use olema_formats::{ReadError, obj};
 
 fn main() -> std::process::ExitCode {
     let (files, numbers): (Vec<String>, Vec<String>) =
@@ -92,12 +92,12 @@ impl std::fmt::Display for Totals {
 
 /// Draws a file's mesh, if it is closed, as it is and displaced.
 fn draw_file(file: &str, totals: &mut Totals) {
-    let bytes = match std::fs::read(file) {
-        Ok(bytes) => bytes,
-        Err(error) => return totals.fail(&format!("{file}: {error}")),
+    let input = std::fs::File::open(file).map(std::io::BufReader::new);
+    let input = input.map_err(|source| ReadError::Io { path: file.to_owned(), source });
+    let mesh = match input.and_then(|input| obj::read(file, input, obj::MEMORY)) {
+        Ok((obj, _)) => obj.subdivision_mesh(obj::scheme_of_name(file).unwrap_or(Scheme::CatmullClark)),
+        Err(error) => return totals.fail(&error.to_string()),
     };
-    let scheme = obj::scheme_of_name(file).unwrap_or(Scheme::CatmullClark);
-    let mesh = obj::read(file, &bytes).0.subdivision_mesh(scheme);
     if !is_closed(&mesh) {
         println!("{file}: not closed; left out");
         return;

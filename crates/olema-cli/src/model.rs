@@ -3,6 +3,8 @@
 //! In: a file of faces and tags. Out: a frame with a surface a part, a camera that sees all of it, three lights
 //! that stand with the camera, and the words of the reader.
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -15,7 +17,7 @@ use olema::shading::{self, ShaderParam};
 use olema::{Error, Scene, Settings};
 use olema_formats::obj::{self, Obj, Part};
 use olema_formats::rib::{Display, Quantize, RibFrame};
-use olema_formats::{Diagnostic, Severity};
+use olema_formats::{Diagnostic, ReadError, Severity};
 
 use crate::values::{SchemeName, UpAxis};
 
@@ -62,11 +64,21 @@ pub fn is_model(file: &Path) -> bool {
 }
 
 impl Model {
-    /// Makes a scene of the bytes of `file`.
-    pub fn new(file: &Path, bytes: &[u8], args: ModelArgs) -> Self {
+    /// Makes a scene of a file.
+    ///
+    /// # Errors
+    /// [`ReadError`] where it cannot be opened, or read to its end.
+    pub fn open(file: &Path, args: ModelArgs) -> Result<Self, ReadError> {
+        let io = |source| ReadError::Io { path: file.display().to_string(), source };
+        let input = BufReader::new(File::open(file).map_err(io)?);
+        let (obj, said) = obj::read(&file.to_string_lossy(), input, obj::MEMORY)?;
+        Ok(Model::new(file, &obj, said, args))
+    }
+
+    /// Makes a scene of what a file holds, and `said` was about it.
+    fn new(file: &Path, obj: &Obj, mut said: Vec<Diagnostic>, args: ModelArgs) -> Self {
         let name = file.to_string_lossy();
-        let (obj, mut said) = obj::read(&name, bytes);
-        let (scheme, why) = scheme(&name, &obj, args.subdivide);
+        let (scheme, why) = scheme(&name, obj, args.subdivide);
         let parts = obj.parts(scheme.into());
         if parts.is_empty() {
             return Model { frame: None, said };
@@ -232,8 +244,12 @@ mod tests {
     const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\n\
         f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
 
+    fn obj(text: &str) -> Obj {
+        obj::read("x.obj", text.as_bytes(), obj::MEMORY).expect("a model").0
+    }
+
     fn view(text: &str, up: Option<UpAxis>) -> View {
-        View::of(&obj::read("x.obj", text.as_bytes()).0.parts(Scheme::Bilinear), up)
+        View::of(&obj(text).parts(Scheme::Bilinear), up)
     }
 
     #[test]
@@ -270,7 +286,7 @@ mod tests {
 
     #[test]
     fn the_scheme_is_asked_for_or_told_by_the_name_or_the_tags() {
-        let of = |name: &str, text: &str, asked| scheme(name, &obj::read(name, text.as_bytes()).0, asked).0;
+        let of = |name: &str, text: &str, asked| scheme(name, &obj(text), asked).0;
         let tag = "t interpolateboundary 1/0/0 2\n";
         assert_eq!(of("a.obj", CUBE, None), SchemeName::Bilinear);
         assert_eq!(of("a.obj", tag, None), SchemeName::Catmark);

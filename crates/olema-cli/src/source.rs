@@ -22,9 +22,7 @@ pub enum Source {
 /// [`ReadError`] where it cannot be opened.
 pub fn open(file: &Path, search_path: &[PathBuf], model: ModelArgs) -> Result<Source, ReadError> {
     if model::is_model(file) {
-        let io = |source| ReadError::Io { path: file.display().to_string(), source };
-        let bytes = std::fs::read(file).map_err(io)?;
-        return Ok(Source::Model(Box::new(Model::new(file, &bytes, model))));
+        return Ok(Source::Model(Box::new(Model::open(file, model)?)));
     }
     let options = ReadOptions { search_path: search_path.to_vec(), ..ReadOptions::default() };
     let reader = if file == Path::new("-") {

@@ -30,6 +30,22 @@ pub struct Diagnostic {
     pub source_line: Option<String>,
 }
 
+/// The input could not be read any further. Everything that was said on the way is among the diagnostics.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file cannot be opened or read.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: String,
+        /// The system's word.
+        source: std::io::Error,
+    },
+    /// The file is wrong in a way that leaves nothing to recover.
+    #[error("{0}")]
+    Fatal(Diagnostic),
+}
+
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let word = match self.severity {

@@ -1,7 +1,7 @@
 //! Image files: PNG with 8 bits a channel.
 //!
 //! In: an [`Image`] after exposure (colour multiplied by alpha). Out: a file that is whole or not there. And
-//! back: a file as a [`Picture8`]. Sources: PNG specification, third edition, sections 6.2 (alpha) and 11.3
+//! back: a file as a [`Picture8`](olema::image::Picture8), or as [`Heights`]. Sources: PNG specification, third edition, sections 6.2 (alpha) and 11.3
 //! (colour); RenderMan Interface 3.2, section 4.2 (`Quantize`).
 //!
 //! **Which curve the bytes are on.** PNG viewers take bytes as sRGB. Where `Exposure` has gamma 1 the image is
@@ -15,21 +15,18 @@
 //! with a gamma g that is a division by alpha^(1/g) (see [`finish_pixel`](olema::image::finish_pixel)). Without
 //! an alpha channel, colours stay multiplied: the picture over black.
 
+mod read;
+
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use olema::Image;
-use olema::image::{Picture8, dither_noise, quantize, srgb_encode};
+use olema::image::{dither_noise, quantize, srgb_encode};
 use olema::math::function;
 
 use crate::rib::Quantize;
-
-/// Most pixels of a file that is read; the picture takes four bytes for each.
-pub const MAX_PIXELS: u64 = 1 << 28;
-
-/// Most pixels of an interlaced file, which is held twice before its rows are all there.
-pub const MAX_INTERLACED_PIXELS: u64 = 1 << 26;
+pub use read::{Heights, MAX_INTERLACED_PIXELS, MAX_PIXELS, read_png, read_png_heights};
 
 /// An image file could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -268,79 +265,6 @@ fn create_beside(target: &Path) -> io::Result<(PathBuf, File)> {
             Err(error) => return Err(error),
         }
     }
-}
-
-/// Reads a PNG file of any colour type and depth, 16 bits cut to 8, gray and palettes as RGB, opaque where it
-/// has no alpha. The bytes stay on the file's own curve.
-///
-/// # Errors
-/// [`ImageError`] where the file cannot be opened, is not a whole PNG, or has more than [`MAX_PIXELS`] pixels
-/// ([`MAX_INTERLACED_PIXELS`] if interlaced). Memory grows only with what the file really holds.
-pub fn read_png(path: &Path) -> Result<Picture8, ImageError> {
-    read_png_within(path, MAX_PIXELS)
-}
-
-/// The same with fewer pixels allowed.
-///
-/// # Errors
-/// As [`read_png`], for more than `max_pixels` pixels too.
-pub fn read_png_within(path: &Path, max_pixels: u64) -> Result<Picture8, ImageError> {
-    let file = File::open(path).map_err(|source| ImageError::Io {
-        path: path.to_owned(),
-        action: "open",
-        source,
-    })?;
-    decode(path, file, max_pixels)
-}
-
-fn decode(path: &Path, input: impl Read + Seek, max_pixels: u64) -> Result<Picture8, ImageError> {
-    let failed = |source| match source {
-        png::DecodingError::IoError(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
-            ImageError::Io { path: path.to_owned(), action: "read", source }
-        }
-        source => ImageError::Decode { path: path.to_owned(), source },
-    };
-    let mut decoder = png::Decoder::new(BufReader::new(input));
-    decoder.set_transformations(
-        png::Transformations::EXPAND | png::Transformations::ALPHA | png::Transformations::STRIP_16,
-    );
-    decoder.set_ignore_text_chunk(true);
-    let mut reader = decoder.read_info().map_err(failed)?;
-    let info = reader.info();
-    let (width, height, interlaced) = (info.width, info.height, info.interlaced);
-    let limit = if interlaced { MAX_INTERLACED_PIXELS } else { MAX_PIXELS }.min(max_pixels);
-    if u64::from(width) * u64::from(height) > limit {
-        return Err(ImageError::TooLarge { path: path.to_owned(), width, height, limit });
-    }
-    let gray = reader.output_color_type().0 == png::ColorType::GrayscaleAlpha;
-    let mut rgba = Vec::new();
-    if interlaced {
-        let mut frame = vec![0; reader.output_buffer_size().unwrap_or(0)];
-        reader.next_frame(&mut frame).map_err(failed)?;
-        append_rgba(&mut rgba, &frame, gray).map_err(|_| failed(png::DecodingError::LimitsExceeded))?;
-    } else {
-        while let Some(row) = reader.next_row().map_err(failed)? {
-            append_rgba(&mut rgba, row.data(), gray)
-                .map_err(|_| failed(png::DecodingError::LimitsExceeded))?;
-        }
-    }
-    reader.finish().map_err(failed)?;
-    Ok(Picture8 { width, height, rgba })
-}
-
-/// Appends pixels of gray and alpha, or of RGBA.
-fn append_rgba(
-    rgba: &mut Vec<u8>,
-    pixels: &[u8],
-    gray: bool,
-) -> Result<(), std::collections::TryReserveError> {
-    rgba.try_reserve(if gray { 2 * pixels.len() } else { pixels.len() })?;
-    if gray {
-        pixels.chunks_exact(2).for_each(|p| rgba.extend([p[0], p[0], p[0], p[1]]));
-    } else {
-        rgba.extend_from_slice(pixels);
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -7,5 +7,6 @@ pub mod diagnostic;
 pub mod image_file;
 pub mod obj;
 pub mod rib;
+mod room;
 
-pub use diagnostic::{Diagnostic, Severity};
+pub use diagnostic::{Diagnostic, ReadError, Severity};

@@ -1,22 +1,31 @@
 //! The OBJ reader, with the subdivision tags that OpenSubdiv's shapes use.
 //!
-//! In: bytes. Out: an [`Obj`] and diagnostics; never an error, since whatever lines make sense are kept.
+//! In: a stream, of which a statement is held at a time. Out: an [`Obj`] and diagnostics; whatever lines make sense
+//! are kept, and the only errors are those of the system, of memory, and of lines without end.
 //! Positions, texture coordinates, normals, faces of any size, negative indices, groups, materials' names and
 //! `t` tags are read ([`Tags`]); curves and free-form surfaces are not.
 
+mod messages;
 mod parts;
 mod scan;
 mod tags;
 #[cfg(test)]
 mod tests;
 
+use std::io::BufRead;
+
 use olema::scene::{Scheme, SubdivisionMesh};
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::{Diagnostic, ReadError, Severity};
+use crate::room::{Full, Room};
+use messages::Messages;
 pub use parts::Part;
-use scan::{Line, Lines};
+use scan::{Line, Lines, Stop};
 use tags::Places;
 pub use tags::Tags;
+
+/// Most bytes that are kept of a file, where the caller grants no other number.
+pub const MEMORY: u64 = 8 << 30;
 
 /// What an OBJ file holds.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -70,21 +79,44 @@ pub fn scheme_of_name(path: &str) -> Option<Scheme> {
         .map(|(_, scheme)| scheme)
 }
 
-/// Reads an OBJ file; `name` is what diagnostics call it.
-pub fn read(name: &str, bytes: &[u8]) -> (Obj, Vec<Diagnostic>) {
+/// Reads an OBJ file; `name` is what diagnostics call it, and `memory` the most bytes that are kept of it.
+///
+/// # Errors
+/// [`ReadError`] where the file cannot be read, holds more than that, or has a line without end.
+pub fn read(name: &str, input: impl BufRead, memory: u64) -> Result<(Obj, Vec<Diagnostic>), ReadError> {
     let mut reader = Reader {
         obj: Obj::default(),
-        messages: Messages { file: name, bytes, list: Vec::new(), more: 0 },
-        faces_at: Vec::new(),
+        messages: Messages::new(name),
+        room: Room::new(memory),
+        early: Vec::new(),
         tags_at: Places::default(),
         said_unknown: false,
     };
-    for line in Lines::new(bytes) {
-        reader.statement(line);
+    let mut lines = Lines::new(input);
+    let fatal = |line: u32, message: String| {
+        let (severity, file) = (Severity::Error, name.to_string());
+        ReadError::Fatal(Diagnostic { severity, file, line, column: 1, message, source_line: None })
+    };
+    loop {
+        let line = match lines.next() {
+            Ok(Some(line)) => line,
+            Ok(None) => break,
+            Err(Stop::Io(source)) => return Err(ReadError::Io { path: name.to_string(), source }),
+            Err(Stop::TooLong { number, limit }) => {
+                let message =
+                    format!("this line has more than {limit} bytes: expected an OBJ file's statements");
+                return Err(fatal(number, message));
+            }
+        };
+        reader.statement(line).map_err(|full| {
+            let message =
+                format!("the {} bytes granted for a model are used up here: expected less", full.limit);
+            fatal(line.number, message)
+        })?;
     }
     reader.check_indices();
     reader.tags_at.check(&mut reader.obj, &mut reader.messages);
-    reader.messages.finish(reader.obj)
+    Ok((reader.obj, reader.messages.finish()))
 }
 
 impl Obj {
@@ -103,97 +135,66 @@ impl Obj {
     }
 }
 
-/// Diagnostics, with places in the bytes turned into lines and columns.
-struct Messages<'a> {
-    file: &'a str,
-    bytes: &'a [u8],
-    list: Vec<Diagnostic>,
-    more: usize,
-}
-
-impl Messages<'_> {
-    /// Messages kept.
-    const MOST: usize = 1000;
-
-    /// Says something about the byte at `offset` of a line that begins at `line_start` as number `line`.
-    fn say(&mut self, severity: Severity, line: &Line<'_>, offset: usize, message: String) {
-        if self.list.len() >= Self::MOST {
-            self.more += 1;
-            return;
-        }
-        // A statement may go on over several lines; the message names the one that `offset` is in.
-        let before = &self.bytes[line.start..offset.min(self.bytes.len())];
-        let number = line.number + before.iter().filter(|b| **b == b'\n').count() as u32;
-        let start = before.iter().rposition(|b| *b == b'\n').map_or(line.start, |i| line.start + i + 1);
-        let end =
-            self.bytes[start..].iter().position(|b| *b == b'\n').map_or(self.bytes.len(), |i| start + i);
-        let from = start.max(offset.saturating_sub(100));
-        let source = &self.bytes[from..end.min(from + 200)];
-        self.list.push(Diagnostic {
-            severity,
-            file: self.file.to_string(),
-            line: number,
-            column: (offset - start + 1) as u32,
-            message,
-            source_line: Some(String::from_utf8_lossy(source).trim_end().to_string()),
-        });
-    }
-
-    fn finish(mut self, obj: Obj) -> (Obj, Vec<Diagnostic>) {
-        if self.more > 0 {
-            self.list.push(Diagnostic {
-                severity: Severity::Warning,
-                file: self.file.to_string(),
-                line: 0,
-                column: 0,
-                message: format!("{} more messages about this file", self.more),
-                source_line: None,
-            });
-        }
-        (obj, self.list)
-    }
-}
-
 struct Reader<'a> {
     obj: Obj,
     messages: Messages<'a>,
-    /// Where each face stands, for indices that are checked at the end.
-    faces_at: Vec<(u32, usize)>,
+    room: Room,
+    /// Faces that name what was not there when they were read: it may come later, and is looked for at the end.
+    early: Vec<EarlyFace>,
     tags_at: Places,
     said_unknown: bool,
 }
 
+/// A face that came before what it names.
+struct EarlyFace {
+    first_corner: usize,
+    num_corners: usize,
+    /// Its line.
+    number: u32,
+}
+
+/// Adds to a list that is charged.
+fn push<T>(room: &mut Room, values: &mut Vec<T>, value: T) -> Result<(), Full> {
+    if values.len() == values.capacity() {
+        room.grow(values)?;
+    }
+    values.push(value);
+    Ok(())
+}
+
 impl Reader<'_> {
-    fn statement(&mut self, line: Line<'_>) {
+    fn statement(&mut self, line: Line<'_>) -> Result<(), Full> {
         let mut tokens = line.tokens();
         let Some(keyword) = tokens.next() else {
-            return;
+            return Ok(());
         };
         match keyword.text {
             b"v" => {
-                let p = self.numbers(&line, 3);
-                self.obj.positions.push([p[0], p[1], p[2]]);
+                let position = self.numbers(&line, 3);
+                push(&mut self.room, &mut self.obj.positions, position)?;
             }
             b"vt" => {
-                let t = self.numbers(&line, 1);
-                self.obj.texcoords.push([t[0], t[1]]);
+                let [s, t, _] = self.numbers(&line, 1);
+                push(&mut self.room, &mut self.obj.texcoords, [s, t])?;
             }
             b"vn" => {
-                let n = self.numbers(&line, 3);
-                self.obj.normals.push([n[0], n[1], n[2]]);
+                let normal = self.numbers(&line, 3);
+                push(&mut self.room, &mut self.obj.normals, normal)?;
             }
-            b"f" | b"fo" => self.face(&line),
+            b"f" | b"fo" => self.face(&line)?,
             b"g" | b"o" => {
                 let name = String::from_utf8_lossy(line.rest_after(&keyword)).trim().to_string();
-                self.begin_group(line.number, Some(name), None);
+                self.begin_group(line.number, Some(name), None)?;
             }
             b"usemtl" => {
                 let name = String::from_utf8_lossy(line.rest_after(&keyword)).trim().to_string();
-                self.begin_group(line.number, None, Some(name));
+                self.begin_group(line.number, None, Some(name))?;
             }
             b"t" => {
+                // No value takes more room than its text does eight times over.
+                self.room.hold(64 + 8 * line.bytes.len() as u64)?;
                 tags::read_tag(&line, &mut self.obj.tags, &mut self.messages);
-                self.tags_at.note(&line, &self.obj.tags);
+                self.tags_at.note(&line, &self.obj, &mut self.messages);
             }
             b"s" | b"mtllib" | b"mg" => {}
             _ if !self.said_unknown => {
@@ -205,13 +206,14 @@ impl Reader<'_> {
             }
             _ => {}
         }
+        Ok(())
     }
 
     /// Up to 3 numbers of a statement, 0 where missing; says so where fewer than `least` are there.
     fn numbers(&mut self, line: &Line<'_>, least: usize) -> [f32; 3] {
         let mut values = [0.0; 3];
         let mut count = 0;
-        let mut end = line.start;
+        let mut end = 0;
         for (value, token) in values.iter_mut().zip(line.tokens().skip(1)) {
             match token.parse::<f32>() {
                 Some(x) => *value = x,
@@ -232,11 +234,11 @@ impl Reader<'_> {
         values
     }
 
-    fn face(&mut self, line: &Line<'_>) {
-        let mut count = 0;
+    fn face(&mut self, line: &Line<'_>) -> Result<(), Full> {
+        let first_corner = self.obj.corners.len();
+        let lengths = self.lengths();
         for token in line.tokens().skip(1) {
             let mut parts = token.text.split(|b| *b == b'/');
-            let lengths = [self.obj.positions.len(), self.obj.texcoords.len(), self.obj.normals.len()];
             let mut corner = [-1; 3];
             for (ix, length) in corner.iter_mut().zip(lengths) {
                 let Some(part) = parts.next().filter(|p| !p.is_empty()) else {
@@ -252,48 +254,69 @@ impl Reader<'_> {
                     ),
                 }
             }
-            self.obj.corners.push(Corner { position: corner[0], texcoord: corner[1], normal: corner[2] });
-            count += 1;
+            let corner = Corner { position: corner[0], texcoord: corner[1], normal: corner[2] };
+            push(&mut self.room, &mut self.obj.corners, corner)?;
         }
         if self.obj.groups.is_empty() {
-            self.begin_group(line.number, None, None);
+            self.begin_group(line.number, None, None)?;
         }
-        self.obj.face_counts.push(count);
-        self.faces_at.push((line.number, line.start));
+        let corners = &self.obj.corners[first_corner..];
+        let num_corners = corners.len();
+        if corners.iter().any(|corner| missing(corner, lengths).any(|part| part.is_some())) {
+            self.messages.keep(line);
+            let early = EarlyFace { first_corner, num_corners, number: line.number };
+            push(&mut self.room, &mut self.early, early)?;
+        }
+        push(&mut self.room, &mut self.obj.face_counts, num_corners as i32)
     }
 
-    fn begin_group(&mut self, line: u32, name: Option<String>, material: Option<String>) {
+    /// Positions, texture coordinates and normals so far.
+    fn lengths(&self) -> [usize; 3] {
+        [self.obj.positions.len(), self.obj.texcoords.len(), self.obj.normals.len()]
+    }
+
+    fn begin_group(&mut self, line: u32, name: Option<String>, material: Option<String>) -> Result<(), Full> {
         let first_face = self.obj.face_counts.len() as u32;
         let before = self.obj.groups.last();
         let name = name.or_else(|| before.map(|g| g.name.clone())).unwrap_or_default();
         let material = material.or_else(|| before.map(|g| g.material.clone())).unwrap_or_default();
+        self.room.hold((name.len() + material.len()) as u64)?;
         // A group without faces gives way to the next.
         if before.is_some_and(|g| g.first_face == first_face) {
             self.obj.groups.pop();
         }
-        self.obj.groups.push(Group { name, material, first_face, line });
+        push(&mut self.room, &mut self.obj.groups, Group { name, material, first_face, line })
     }
 
-    /// Indices may name what comes later in the file, so they are checked when it is known how much there is.
+    /// What early faces name is there now, or is not.
     fn check_indices(&mut self) {
-        let lengths = [self.obj.positions.len(), self.obj.texcoords.len(), self.obj.normals.len()];
-        let mut corners = self.obj.corners.iter_mut();
-        for (&count, &(number, start)) in self.obj.face_counts.iter().zip(&self.faces_at) {
-            for corner in corners.by_ref().take(count as usize) {
-                let parts = [&mut corner.position, &mut corner.texcoord, &mut corner.normal];
-                for ((ix, length), what) in parts.into_iter().zip(lengths).zip(["v", "vt", "vn"]) {
-                    if *ix >= 0 && *ix as usize >= length {
-                        let left_out = if what == "v" { "; face left out" } else { "" };
-                        let named = i64::from(*ix) + 1;
+        let lengths = self.lengths();
+        for EarlyFace { first_corner, num_corners, number } in std::mem::take(&mut self.early) {
+            for corner in &mut self.obj.corners[first_corner..][..num_corners] {
+                let parts = [("v", "; face left out"), ("vt", ""), ("vn", "")];
+                let missing: Vec<_> = missing(corner, lengths).collect();
+                let indices = [&mut corner.position, &mut corner.texcoord, &mut corner.normal];
+                for (((ix, missing), (what, left_out)), length) in
+                    indices.into_iter().zip(missing).zip(parts).zip(lengths)
+                {
+                    if let Some(named) = missing {
                         let message = format!("the face names {what} {named} of {length}{left_out}");
-                        let line = Line { bytes: self.messages.bytes, start, end: start, number };
-                        self.messages.say(Severity::Warning, &line, start, message);
+                        self.messages.warn_later(number, message);
                         *ix = -1;
                     }
                 }
             }
         }
     }
+}
+
+/// Of position, texture coordinate and normal of a corner the number, from 1, if there is none of it.
+fn missing(corner: &Corner, lengths: [usize; 3]) -> impl Iterator<Item = Option<i64>> {
+    let indices = [corner.position, corner.texcoord, corner.normal];
+    let is_missing = |(ix, length): (i32, usize)| {
+        usize::try_from(ix).is_ok_and(|ix| ix >= length).then_some(i64::from(ix) + 1)
+    };
+    indices.into_iter().zip(lengths).map(is_missing)
 }
 
 /// An index from 0, from one that counts from 1 or back from the end.

@@ -1,17 +1,22 @@
-//! Statements and words of an OBJ file, as places in its bytes.
+//! Statements and words of an OBJ file.
+//!
+//! In: a stream. Out: one statement after the other, of which only the current one is held.
+
+use std::io::{self, BufRead, Read};
+
+/// Most bytes of a statement.
+const MAX_STATEMENT: usize = 16 << 20;
 
 /// A statement: one line, or several that `\` joins.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line<'a> {
-    /// The whole file.
+    /// Its bytes, without the last line's end.
     pub(super) bytes: &'a [u8],
-    pub(super) start: usize,
-    pub(super) end: usize,
     /// Number of its first line, from 1.
     pub(super) number: u32,
 }
 
-/// A word and where it stands in the file.
+/// A word and where it stands in its statement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Token<'a> {
     pub(super) text: &'a [u8],
@@ -36,7 +41,7 @@ pub(super) fn parse<T: std::str::FromStr>(text: &[u8]) -> Option<T> {
 impl<'a> Line<'a> {
     /// Its words; a comment ends it.
     pub(super) fn tokens(&self) -> impl Iterator<Item = Token<'a>> + use<'a> {
-        let (bytes, end, mut at) = (self.bytes, self.end, self.start);
+        let (bytes, end, mut at) = (self.bytes, self.bytes.len(), 0);
         std::iter::from_fn(move || {
             let is_space = |b: u8| b.is_ascii_whitespace() || b == b'\\';
             while at < end && is_space(bytes[at]) {
@@ -56,41 +61,53 @@ impl<'a> Line<'a> {
 
     /// What follows a word.
     pub(super) fn rest_after(&self, token: &Token<'_>) -> &'a [u8] {
-        &self.bytes[(token.offset + token.text.len()).min(self.end)..self.end]
+        &self.bytes[(token.offset + token.text.len()).min(self.bytes.len())..]
     }
+}
+
+/// Why no further statement can be read.
+#[derive(Debug)]
+pub(super) enum Stop {
+    /// The system says no.
+    Io(io::Error),
+    /// The statement that begins at this line is longer than this many bytes.
+    TooLong { number: u32, limit: usize },
 }
 
 /// All statements of a file.
-pub(super) struct Lines<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    number: u32,
+pub(super) struct Lines<R> {
+    input: R,
+    text: Vec<u8>,
+    /// Number of the next line.
+    next: u32,
 }
 
-impl<'a> Lines<'a> {
-    pub(super) fn new(bytes: &'a [u8]) -> Self {
-        Lines { bytes, at: 0, number: 1 }
+impl<R: BufRead> Lines<R> {
+    pub(super) fn new(input: R) -> Self {
+        Lines { input, text: Vec::new(), next: 1 }
     }
-}
 
-impl<'a> Iterator for Lines<'a> {
-    type Item = Line<'a>;
-
-    fn next(&mut self) -> Option<Line<'a>> {
-        if self.at >= self.bytes.len() {
-            return None;
-        }
-        let (start, number) = (self.at, self.number);
+    /// The next statement; `None` at the end.
+    pub(super) fn next(&mut self) -> Result<Option<Line<'_>>, Stop> {
+        self.text.clear();
+        let number = self.next;
         loop {
-            let rest = &self.bytes[self.at..];
-            let length = rest.iter().position(|b| *b == b'\n');
-            let end = length.map_or(self.bytes.len(), |l| self.at + l);
-            self.at = length.map_or(self.bytes.len(), |l| self.at + l + 1);
-            self.number += 1;
-            let joins = self.bytes[start..end].trim_ascii_end().last() == Some(&b'\\');
-            if !joins || self.at >= self.bytes.len() {
-                return Some(Line { bytes: self.bytes, start, end, number });
+            // One byte more than is allowed tells that there are more.
+            let room = (MAX_STATEMENT + 1).saturating_sub(self.text.len()) as u64;
+            let read = self.input.by_ref().take(room).read_until(b'\n', &mut self.text).map_err(Stop::Io)?;
+            if self.text.len() > MAX_STATEMENT {
+                return Err(Stop::TooLong { number, limit: MAX_STATEMENT });
             }
+            self.next = self.next.saturating_add(1);
+            let is_last = self.text.pop_if(|byte| *byte == b'\n').is_none();
+            if is_last && self.text.is_empty() {
+                return Ok(None);
+            }
+            let joins = self.text.trim_ascii_end().last() == Some(&b'\\');
+            if !joins || is_last || read == 0 {
+                return Ok(Some(Line { bytes: &self.text, number }));
+            }
+            self.text.push(b'\n');
         }
     }
 }

@@ -32,53 +32,63 @@ pub struct Tags {
     pub any: bool,
 }
 
-/// The line, as number and place, that each crease, corner and hole comes from: what they name may come later in
-/// the file, so they are checked when it is known how much there is.
+/// The line that each crease, corner and hole comes from: what they name may come later in the file, so they are
+/// checked when it is known how much there is.
 #[derive(Debug, Default)]
 pub(super) struct Places {
-    creases: Vec<(u32, usize)>,
-    corners: Vec<(u32, usize)>,
-    holes: Vec<(u32, usize)>,
+    creases: Vec<u32>,
+    corners: Vec<u32>,
+    holes: Vec<u32>,
+}
+
+/// Whether an index names none of `length` things.
+fn missing(ix: i32, length: usize) -> bool {
+    usize::try_from(ix).map_or(true, |ix| ix >= length)
 }
 
 impl Places {
-    /// Notes that what is new in `tags` comes from this line.
-    pub(super) fn note(&mut self, line: &Line<'_>, tags: &Tags) {
-        let place = (line.number, line.start);
-        self.creases.resize(tags.creases.len(), place);
-        self.corners.resize(tags.corners.len(), place);
-        self.holes.resize(tags.holes.len(), place);
+    /// Notes that what is new among the tags comes from this line, which is kept if it may have to be shown.
+    pub(super) fn note(&mut self, line: &Line<'_>, obj: &Obj, messages: &mut Messages<'_>) {
+        let (tags, num_vertices) = (&obj.tags, obj.positions.len());
+        let creases = tags.creases[self.creases.len()..].iter().flat_map(|crease| &crease.vertices);
+        let corners = tags.corners[self.corners.len()..].iter().map(|(vertex, _)| vertex);
+        let mut holes = tags.holes[self.holes.len()..].iter();
+        if creases.chain(corners).any(|vertex| missing(*vertex, num_vertices))
+            || holes.any(|face| missing(*face, obj.face_counts.len()))
+        {
+            messages.keep(line);
+        }
+        self.creases.resize(tags.creases.len(), line.number);
+        self.corners.resize(tags.corners.len(), line.number);
+        self.holes.resize(tags.holes.len(), line.number);
     }
 
     /// Takes out the tags that name vertices or faces which are not there, and says so.
     pub(super) fn check(&self, obj: &mut Obj, messages: &mut Messages<'_>) {
         let (num_vertices, num_faces) = (obj.positions.len(), obj.face_counts.len());
-        let missing = |ix: i32, length: usize| usize::try_from(ix).map_or(true, |ix| ix >= length);
-        let mut say = |place: Option<&(u32, usize)>, message: String| {
-            let &(number, start) = place.unwrap_or(&(1, 0));
-            let line = Line { bytes: messages.bytes, start, end: start, number };
-            messages.say(Severity::Warning, &line, start, message);
+        let mut say = |line: Option<&u32>, message: String| {
+            messages.warn_later(line.copied().unwrap_or(1), message);
         };
-        let mut places = self.creases.iter();
+        let mut lines = self.creases.iter();
         obj.tags.creases.retain(|crease| {
-            let place = places.next();
+            let line = lines.next();
             let bad = crease.vertices.iter().find(|v| missing(**v, num_vertices));
-            bad.inspect(|v| say(place, format!("the crease names vertex {v} of {num_vertices}; left out")))
+            bad.inspect(|v| say(line, format!("the crease names vertex {v} of {num_vertices}; left out")))
                 .is_none()
         });
-        let mut places = self.corners.iter();
+        let mut lines = self.corners.iter();
         obj.tags.corners.retain(|(vertex, _)| {
-            let (place, bad) = (places.next(), missing(*vertex, num_vertices));
+            let (line, bad) = (lines.next(), missing(*vertex, num_vertices));
             if bad {
-                say(place, format!("the corner names vertex {vertex} of {num_vertices}; left out"));
+                say(line, format!("the corner names vertex {vertex} of {num_vertices}; left out"));
             }
             !bad
         });
-        let mut places = self.holes.iter();
+        let mut lines = self.holes.iter();
         obj.tags.holes.retain(|face| {
-            let (place, bad) = (places.next(), missing(*face, num_faces));
+            let (line, bad) = (lines.next(), missing(*face, num_faces));
             if bad {
-                say(place, format!("the hole names face {face} of {num_faces}; left out"));
+                say(line, format!("the hole names face {face} of {num_faces}; left out"));
             }
             !bad
         });
@@ -106,7 +116,7 @@ struct Values<'a> {
 pub(super) fn read_tag(line: &Line<'_>, tags: &mut Tags, messages: &mut Messages<'_>) {
     let mut tokens = line.tokens().skip(1);
     let Some(name) = tokens.next() else {
-        messages.say(Severity::Warning, line, line.start, "expected a tag's name after `t`".to_string());
+        messages.say(Severity::Warning, line, 0, "expected a tag's name after `t`".to_string());
         return;
     };
     let mut say = |at: &Token<'_>, message: String| {

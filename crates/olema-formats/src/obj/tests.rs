@@ -4,6 +4,11 @@ use proptest::prelude::*;
 
 use super::*;
 
+/// What a text that can be read holds.
+fn read(name: &str, bytes: &[u8]) -> (Obj, Vec<Diagnostic>) {
+    super::read(name, bytes, MEMORY).expect("a file that can be read")
+}
+
 const QUADS: &str = "\
 # two quads
 v 0 0 0
@@ -76,6 +81,71 @@ fn tags_that_name_nothing_are_left_out_with_their_line() {
     assert_eq!(said, expected);
     assert_eq!(obj.tags.creases[0].vertices, [0, 1]);
     assert_eq!((obj.tags.corners.as_slice(), obj.tags.holes.as_slice()), (&[(2, 1.0)][..], &[0][..]));
+}
+
+#[test]
+fn faces_may_come_before_what_they_name() {
+    let text = "f 1/1 2/1 3/2\nf 1 2 4\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n";
+    let (obj, diagnostics) = read("early.obj", text.as_bytes());
+    let said: Vec<_> =
+        diagnostics.iter().map(|d| (d.line, d.message.as_str(), d.source_line.as_deref())).collect();
+    let expected = [
+        (1, "the face names vt 2 of 1", Some("f 1/1 2/1 3/2")),
+        (2, "the face names v 4 of 3; face left out", Some("f 1 2 4")),
+    ];
+    assert_eq!(said, expected);
+    assert_eq!(obj.corners[2], Corner { position: 2, texcoord: -1, normal: -1 });
+    assert_eq!(obj.parts(Scheme::Bilinear)[0].mesh.indices, [0, 1, 2]);
+}
+
+/// A text, again and again.
+struct Endless<'a> {
+    text: &'a [u8],
+    at: usize,
+}
+
+impl std::io::Read for Endless<'_> {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        for byte in out.iter_mut() {
+            *byte = self.text[self.at];
+            self.at = (self.at + 1) % self.text.len();
+        }
+        Ok(out.len())
+    }
+}
+
+#[test]
+fn files_without_end_are_given_up_at_the_memory_granted() {
+    for text in
+        ["v 1 2 3\n", "f 1 2 3\n", "vt 0 0\n", "g a\nf 1\n", "usemtl long name\nf 1 1\n", "t hole 1/0/0 1\n"]
+    {
+        let input = std::io::BufReader::new(Endless { text: text.as_bytes(), at: 0 });
+        let Err(ReadError::Fatal(said)) = super::read("endless.obj", input, 1 << 20) else {
+            panic!("{text}")
+        };
+        assert!(
+            said.message.contains("the 1048576 bytes granted for a model are used up here"),
+            "{text}: {said}"
+        );
+        assert!(said.line > 100, "{text}: {said}");
+    }
+    for text in ["1 ", "f 1 2 3 \\\n", "\0"] {
+        let input = std::io::BufReader::new(Endless { text: text.as_bytes(), at: 0 });
+        let Err(ReadError::Fatal(said)) = super::read("endless.obj", input, MEMORY) else { panic!("{text}") };
+        assert!(said.message.contains("has more than 16777216 bytes") && said.line == 1, "{text}: {said}");
+    }
+}
+
+#[test]
+fn a_stream_that_fails_is_told() {
+    struct Broken;
+    impl std::io::Read for Broken {
+        fn read(&mut self, _: &mut [u8]) -> std::io::Result<usize> {
+            Err(std::io::Error::other("the cable is cut"))
+        }
+    }
+    let error = super::read("broken.obj", std::io::BufReader::new(Broken), MEMORY).expect_err("an error");
+    assert_eq!(error.to_string(), "broken.obj: the cable is cut");
 }
 
 #[test]

@@ -19,7 +19,6 @@ mod number;
 mod params;
 mod reader;
 mod recover;
-mod room;
 pub mod shaders;
 mod source;
 mod state;
@@ -34,6 +33,7 @@ use std::sync::Arc;
 use olema::{Scene, Settings};
 
 use crate::diagnostic::Diagnostic;
+pub use crate::diagnostic::ReadError;
 
 use shaders::ShaderLibrary;
 
@@ -92,22 +92,6 @@ pub struct Quantize {
     pub max: i32,
     /// Amplitude of the dither, 0 to 1.
     pub dither: f32,
-}
-
-/// The input could not be read any further. Everything that was said on the way is among the diagnostics.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadError {
-    /// The file cannot be opened or read.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: String,
-        /// The system's word.
-        source: std::io::Error,
-    },
-    /// The file is wrong in a way that leaves nothing to recover.
-    #[error("{0}")]
-    Fatal(Diagnostic),
 }
 
 /// Reads a RIB stream world by world.

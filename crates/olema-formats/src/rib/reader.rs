@@ -14,13 +14,13 @@ use super::args::{Args, Reading};
 use super::fault::{Fault, Pos};
 use super::interp::{Call, Flow, Interp, Recorded};
 use super::lexer::Token;
-use super::room::{ARCHIVE_COST, REPLAY_COST};
 use super::shaders::ShaderLibrary;
 use super::source::{FileSource, Replay, Source, candidates};
 use super::state::Site;
 use super::statements::{self, Id, Statement};
 use super::textures::Textures;
 use super::{ReadError, ReadOptions, RibFrame};
+use crate::room::{ARCHIVE_COST, REPLAY_COST};
 
 /// An open IfBegin.
 pub(super) struct Condition {

@@ -407,9 +407,9 @@ fn fineness(primitive: &Primitive, settings: &Settings) -> Fineness {
     }
 }
 
-/// Patchifies and connects: first where everything is as the shutter opens, which tells what may be welded and so has
-/// one set of key times; then at these times, which tells what stays welded; then at as many more times as curved
-/// paths need.
+/// Patchifies and connects: where everything is as the shutter opens, which tells what may be welded and so has one
+/// set of key times; then at these times, which tells what stays welded; then at as many more times as curved paths
+/// need.
 fn connected(
     scene: &Scene,
     camera: &RasterCamera,
@@ -417,33 +417,45 @@ fn connected(
     fineness: &[Fineness],
     sabotage: Option<Sabotage>,
 ) -> (PatchTable, EdgeTable, Vec<String>) {
-    let (mut patches, mut warnings) = patchify(scene, &KeyTimes::still(scene));
-    let mut edges = connect(&mut patches, fineness);
+    let alone: Vec<u32> = (0..scene.primitives.len() as u32).collect();
     let welded = |patches: &PatchTable, edges: &EdgeTable| match sabotage {
-        Some(Sabotage::KeyTimes) => (0..scene.primitives.len() as u32).collect(),
+        Some(Sabotage::KeyTimes) => alone.clone(),
         _ => welded(scene, patches, edges),
     };
-    let times = KeyTimes::of_file(scene, &welded(&patches, &edges));
+    let mut times = KeyTimes::of_file(scene, &alone);
+    if times.of_primitive.windows(2).any(|pair| pair[0] != pair[1]) {
+        // Different times: what touches as the shutter opens may be welded, and is given the times of both.
+        let (mut patches, _) = patchify(scene, &KeyTimes::still(scene));
+        let edges = connect(&mut patches, fineness);
+        times = KeyTimes::of_file(scene, &welded(&patches, &edges));
+    }
+    let (mut patches, mut warnings) = patchify(scene, &times);
+    let edges = connect(&mut patches, fineness);
     if scene.camera.lens.is_some() && !camera.perspective {
         warnings.push("an orthographic camera has no lens: everything is in focus".to_owned());
     }
     if !times.any_moves() {
         return (patches, edges, warnings);
     }
-    (patches, _) = patchify(scene, &times);
-    edges = connect(&mut patches, fineness);
     let welded = welded(&patches, &edges);
-    let (times, coarse) = KeyTimes::of_file(scene, &welded).refined(scene, camera, settings, &welded);
+    let (refined, coarse) = KeyTimes::of_file(scene, &welded).refined(scene, camera, settings, &welded);
     for (primitive, error) in coarse {
         let name = scene.primitives[primitive as usize].attributes.object_name(primitive as usize);
         warnings.push(format!(
             "{name}: its path is so curved that it is drawn up to {error} pixels off; more key times would help"
         ));
     }
-    let (mut patches, more) = patchify(scene, &times);
-    let edges = connect(&mut patches, fineness);
+    if refined == times {
+        return (patches, edges, warnings);
+    }
+    let (mut finer, more) = patchify(scene, &refined);
     warnings.extend(more.into_iter().filter(|warning| !warnings.contains(warning)).collect::<Vec<_>>());
-    (patches, edges, warnings)
+    // Points between keys agree where those at the keys do.
+    if !finer.take_connections(&patches) {
+        let edges = connect(&mut finer, fineness);
+        return (finer, edges, warnings);
+    }
+    (finer, edges, warnings)
 }
 
 fn lens_shape(scene: &Scene) -> LensShape {

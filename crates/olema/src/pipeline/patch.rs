@@ -119,6 +119,21 @@ impl PatchTable {
         self.times.sets[self.patches[patch as usize].motion as usize].len()
     }
 
+    /// Takes the connections of the same patches at other key times; `false` where they are not the same.
+    pub fn take_connections(&mut self, other: &PatchTable) -> bool {
+        let is_same = |(mine, theirs): (&Patch, &Patch)| {
+            (mine.primitive, mine.cell, mine.shape) == (theirs.primitive, theirs.cell, theirs.shape)
+        };
+        if self.patches.len() != other.patches.len() || !self.patches.iter().zip(&other.patches).all(is_same)
+        {
+            return false;
+        }
+        for (mine, theirs) in self.patches.iter_mut().zip(&other.patches) {
+            (mine.edges, mine.corners, mine.slack) = (theirs.edges, theirs.corners, theirs.slack);
+        }
+        true
+    }
+
     /// The surface of a patch with control points at motion key `key`.
     pub fn control_surface(&self, patch: &Patch, key: usize) -> Option<Surface> {
         let width = if patch.rational { 4 } else { 3 };

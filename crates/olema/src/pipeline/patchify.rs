@@ -88,19 +88,22 @@ fn sheet(
         placements.iter().map(|placement| camera_points(&mesh.points, expected, placement)).collect();
     let mut dropped = 0usize;
     for (row, column) in (0..pv).flat_map(|row| (0..pu).map(move |column| (row, column))) {
-        let of_keys: Vec<Vec<DVec4>> =
-            keys.iter().map(|points| bezier_points(mesh, points, column, row)).collect();
-        let usable = |p: &DVec4| p.as_vec4().is_finite() && p.w.is_finite() && p.w > 0.0;
-        if !of_keys.iter().flatten().all(usable) {
-            dropped += 1;
-            continue;
-        }
         let first_float = table.floats.len();
         if first_float > u32::MAX as usize - 64 * keys.len() {
             return Err("too many control points in one frame; the rest is not drawn".to_owned());
         }
-        for p in of_keys.iter().flatten() {
-            table.floats.extend_from_slice(&p.as_vec4().to_array()[..width]);
+        let usable = |p: &DVec4| p.as_vec4().is_finite() && p.w.is_finite() && p.w > 0.0;
+        let is_usable = keys.iter().all(|points| {
+            let (points, len) = bezier_points(mesh, points, column, row);
+            points[..len].iter().all(|p| {
+                table.floats.extend_from_slice(&p.as_vec4().to_array()[..width]);
+                usable(p)
+            })
+        });
+        if !is_usable {
+            table.floats.truncate(first_float);
+            dropped += 1;
+            continue;
         }
         let span = |ix: usize, n: usize| [ix as f32 / n as f32, (ix + 1) as f32 / n as f32];
         let ([u0, u1], [v0, v1]) = (span(column, pu), span(row, pv));
@@ -143,17 +146,19 @@ fn camera_points(points: &Keyed<Points>, len: usize, placement: &Placement) -> V
     (0..len).map(place).collect()
 }
 
-/// The Bezier points (or corners) of the patch at `column`, `row` of the sheet.
-fn bezier_points(mesh: &PatchMesh, points: &[DVec4], column: usize, row: usize) -> Vec<DVec4> {
+/// The Bezier points (or corners) of the patch at `column`, `row` of the sheet, and how many they are.
+fn bezier_points(mesh: &PatchMesh, points: &[DVec4], column: usize, row: usize) -> ([DVec4; 16], usize) {
     let at = |i: usize, j: usize| points[(j % mesh.nv) * mesh.nu + i % mesh.nu];
     match mesh.kind {
         PatchKind::Bilinear => {
-            vec![at(column, row), at(column + 1, row), at(column, row + 1), at(column + 1, row + 1)]
+            let corners =
+                [at(column, row), at(column + 1, row), at(column, row + 1), at(column + 1, row + 1)];
+            (std::array::from_fn(|ix| corners[ix % 4]), 4)
         }
         PatchKind::Bicubic { u, v } => {
             let (i0, j0) = (column * u.step as usize, row * v.step as usize);
             let control: [DVec4; 16] = std::array::from_fn(|ix| at(i0 + ix % 4, j0 + ix / 4));
-            change_basis(control, &u, &v).to_vec()
+            (change_basis(control, &u, &v), 16)
         }
     }
 }

@@ -49,7 +49,8 @@ pub enum FaceVaryingRule {
     Smooth,
     /// As `Smooth`, but values that one face alone has are kept sharp.
     CornersOnly,
-    /// As `CornersOnly`, and where three or more values meet at a vertex all are kept sharp.
+    /// As `CornersOnly`, and where three or more values meet at a vertex all are kept sharp; so are both of two where
+    /// one is cut by a crease or comes in several parts.
     CornersPlus1,
     /// As `CornersPlus1`, and sharp as well are both values of a vertex where one of two has a single face,
     /// and values where a seam ends inside a surface.

@@ -1,6 +1,7 @@
 //! The limit surface against an independent uniform subdivision and against closed forms.
 
 mod closed_forms;
+mod facevarying;
 mod properties;
 #[path = "../../../../conformance/src/shapes.rs"]
 #[allow(dead_code)]

@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::declare::{Decl, Dictionary};
 use super::fault::{Fault, Pos};
 use super::lexer::Lexer;
-use super::room::Room;
+use crate::room::Room;
 use olema::scene::VarType;
 
 /// One argument's values.

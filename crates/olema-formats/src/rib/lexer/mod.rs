@@ -12,7 +12,7 @@ use std::io::Read;
 
 use super::fault::{Fault, Pos};
 use super::number::MAX_LEN;
-use super::room::{Full, Room};
+use crate::room::{Full, Room};
 
 /// Bytes of the window.
 const WINDOW: usize = 64 << 10;

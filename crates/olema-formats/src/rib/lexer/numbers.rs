@@ -2,8 +2,8 @@
 
 use super::super::fault::Fault;
 use super::super::number::{self, MAX_LEN};
-use super::super::room::Room;
 use super::{Lexer, Token};
+use crate::room::Room;
 
 impl Lexer {
     fn bad_number(&mut self) -> Fault {

@@ -1,8 +1,8 @@
 //! Strings.
 
 use super::super::fault::{Fault, Pos};
-use super::super::room::Room;
 use super::{Lexer, WINDOW};
+use crate::room::Room;
 
 impl Lexer {
     /// Takes a string and appends it to `into`. `Ok(false)` where it is not UTF-8 and was patched.

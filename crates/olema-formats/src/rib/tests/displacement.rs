@@ -21,17 +21,21 @@ fn shader(frame: &RibFrame, ix: usize) -> &Arc<dyn DisplacementShader> {
     attributes(frame, ix).displacement.as_ref().expect("a displacement shader")
 }
 
-/// What one point at `p` is moved by.
+/// What one point at `p` is moved by, at the middle of s and t.
 fn offset(shader: &dyn DisplacementShader, p: Vec3) -> Vec3 {
+    offset_at(shader, p, 0.5)
+}
+
+fn offset_at(shader: &dyn DisplacementShader, p: Vec3, s: f32) -> Vec3 {
     let points = DisplacementPoints {
         p: Vec3s::splat(p, 1),
         n: Vec3s::splat(Vec3::Z, 1),
         u: vec![0.5],
         v: vec![0.5],
-        s: vec![0.5],
+        s: vec![s],
         t: vec![0.5],
-        width: vec![1e-3],
-        st_width: vec![1e-3],
+        width: vec![1e-4],
+        st_width: vec![1e-4],
     };
     let mut offset = Vec3s::splat(Vec3::ZERO, 1);
     shader.displace(&points, &mut offset);
@@ -160,6 +164,25 @@ fn images_are_found_beside_the_file_and_along_the_search_path() {
     assert!((offset(&**shader(frame, 0), Vec3::ZERO).z - 0.1).abs() < 1e-6);
     assert_eq!(offset(&**shader(frame, 1), Vec3::ZERO), Vec3::ZERO);
     assert!(shader(frame, 1).is_bump());
+}
+
+#[test]
+fn a_ramp_of_16_bits_displaces_in_as_many_steps_as_it_has() {
+    // Four steps of 8 bits.
+    let samples: Vec<u8> = (0..1024u16).flat_map(u16::to_be_bytes).collect();
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("ramp.png");
+    let mut encoder = png::Encoder::new(fs::File::create(&path).expect("a file"), 1024, 1);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.write_header().and_then(|mut writer| writer.write_image_data(&samples)).expect("a picture");
+    let path = path.display();
+    let frame = world(&format!("Displacement \"image\" \"texturename\" \"{path}\" \"amplitude\" 1 {PATCH}"));
+    let at = |texel: u16| offset_at(&**shader(&frame, 0), Vec3::ZERO, (f32::from(texel) + 0.5) / 1024.0).z;
+    for texel in 1..1022 {
+        assert!((at(texel) - f32::from(texel) / 65535.0).abs() < 1e-6, "{texel}: {}", at(texel));
+        assert!(at(texel) > at(texel - 1) || texel < 2, "{texel}");
+    }
 }
 
 #[test]

@@ -8,11 +8,13 @@ use super::*;
 /// A file with a bit of everything.
 const SEED: &str = r#"##RenderMan RIB
 Declare "pass" "uniform string" Option "user" "pass" "a" Format 64 48 1
+Hider "hidden" "float[4] aperture" [5 18 0 0] "rasterizer" "simple" "permutations" 4 DepthOfField 2.8 1 5 Shutter 0 1
 Projection "perspective" "fov" [40] Translate 0 0 5 Display "a.png" "file" "rgba"
 FrameBegin 1 WorldBegin LightSource "ambientlight" 1 "intensity" 0.5
 ObjectBegin 1 Patch "bilinear" "P" [0 0 0 1 0 0 0 1 0 1 1 0] ObjectEnd
 AttributeBegin Scale 1 2 -3e-1 ObjectInstance 1 Color [1 .5 0] AttributeEnd
-MotionBegin [0 1] Rotate 0 0 0 1 Rotate 90 0 0 1 MotionEnd
+MotionBegin [0 1] Rotate 0 0 0 1 Rotate 720 0 0 1 MotionEnd GeometricApproximation "motionfactor" 1
+MotionBegin [0 .5] Patch "bilinear" "P" [0 0 0 1 0 0 0 1 0 1 1 0] Patch "bilinear" "P" [0 0 0 1 0 0 0 1 0 1 1 1] MotionEnd
 IfBegin "$user:pass == 'a'" Sphere 1 -1 1 360 Else Surface "matte" IfEnd
 ArchiveBegin "b" PatchMesh "bilinear" 2 "nonperiodic" 2 "periodic" "Pz" [1 2 3 4] ArchiveEnd ReadArchive "b"
 SubdivisionMesh "catmull-clark" [4] [0 1 2 3] ["hole"] [1 0] [0] [] "P" [0 0 0 1 0 0 1 1 0 0 1 0]
@@ -46,8 +48,21 @@ fn token() -> impl Strategy<Value = String> {
         "1",
         "a",
         "periodic",
+        "hidden",
+        "float[4] aperture",
+        "float[2] shutteropening",
+        "rasterizer",
+        "tile",
+        "permutations",
+        "interleave",
+        "motionfactor",
+        "perspective",
     ];
+    // Motion blocks are rare among all names.
+    let motion =
+        ["MotionBegin [0 1]", "MotionBegin [0 0.5 1]", "Rotate 0 0 0 1", "Rotate 1e6 0 0 1", "MotionEnd"];
     prop_oneof![
+        2 => prop::sample::select(motion.to_vec()).prop_map(str::to_owned),
         6 => prop::sample::select(names).prop_map(str::to_owned),
         4 => (-3i32..300).prop_map(|n| n.to_string()),
         2 => any::<f32>().prop_map(|n| n.to_string()),
@@ -64,7 +79,7 @@ fn token() -> impl Strategy<Value = String> {
 fn the_seed_itself_is_correct() {
     let read = survives(SEED.as_bytes());
     assert!(read.diagnostics.iter().all(|d| d.severity == Severity::Note), "{:?}", read.said());
-    assert_eq!(read.frames[0].scene.primitives.len(), 3);
+    assert_eq!(read.frames[0].scene.primitives.len(), 4);
 }
 
 #[test]

@@ -2,9 +2,8 @@
 //!
 //! In: the topology of the positions, the values a face corner. Out: a [`ValueSheet`] whose borders are the
 //! seams and whose sharpness encodes the [`FaceVaryingRule`]. Values at one vertex are one value if their
-//! bits are equal. Inside a sheet the rule of the positions holds, creases and corners included. Exact are
-//! `Linear`, `Smooth`, `CornersOnly` and `Boundaries`; the `CornersPlus` rules sharpen by counting values
-//! and faces at a vertex as OpenSubdiv does, but do not tell a semi-sharp dart from a smooth one.
+//! bits are equal. Inside a sheet the rule of the positions holds, creases and corners included. What a rule
+//! makes sharp is what OpenSubdiv 3 makes sharp, by counting values and faces at a vertex.
 
 use super::topology::Topology;
 use crate::scene::FaceVaryingRule;
@@ -68,18 +67,54 @@ struct AroundValue {
     faces: u32,
     fans: u32,
     open: bool,
+    /// Whether an infinite crease runs into it.
+    creased: bool,
+    /// Semi-sharp creases that run into it, and the sharpest of them.
+    num_semi: u32,
+    semi: f32,
+}
+
+/// What is known of the values of a vertex, taken together.
+#[derive(Debug, Clone, Copy, Default)]
+struct AroundVertex {
+    num_values: u32,
+    /// A value has one face.
+    single: bool,
+    /// A value comes in several parts, or an infinite crease runs into it.
+    parted: bool,
+    /// Sharpness of the sharpest semi-sharp crease.
+    semi: f32,
+    /// The vertex is on a border of the positions.
+    open: bool,
 }
 
 fn sharpen_values(values: &mut Topology, positions: &Topology, vertex_of: &[u32], rule: FaceVaryingRule) {
-    let mut around = vec![AroundValue::default(); vertex_of.len()];
+    let around = around_values(values, vertex_of.len());
+    let mut vertices = vec![AroundVertex::default(); positions.vertex_sharpness.len()];
+    for (of, &v) in around.iter().zip(vertex_of) {
+        let vertex = &mut vertices[v as usize];
+        vertex.num_values += 1;
+        vertex.single |= of.faces == 1;
+        vertex.parted |= of.fans > 1 || of.creased;
+        vertex.semi = vertex.semi.max(of.semi);
+    }
+    for c in 0..positions.face.len() as u32 {
+        for end in [c, positions.next(c)] {
+            vertices[positions.vertex(end) as usize].open |= positions.is_border(c);
+        }
+    }
+    for ((of, &v), sharpness) in around.iter().zip(vertex_of).zip(&mut values.vertex_sharpness) {
+        let own = positions.vertex_sharpness[v as usize];
+        *sharpness = own.max(sharpness_of(of, &vertices[v as usize], rule));
+    }
+}
+
+fn around_values(values: &Topology, num_values: usize) -> Vec<AroundValue> {
+    let mut around = vec![AroundValue::default(); num_values];
     let mut seen = vec![false; values.face.len()];
-    let mut open_position = vec![false; positions.vertex_sharpness.len()];
     for c in 0..values.face.len() as u32 {
         let of = &mut around[values.vertex(c) as usize];
         of.faces += 1;
-        for end in [c, positions.next(c)] {
-            open_position[positions.vertex(end) as usize] |= positions.is_border(c);
-        }
         if !seen[c as usize] {
             let fan = values.fan(c);
             fan.corners.iter().for_each(|&f| seen[f as usize] = true);
@@ -87,26 +122,41 @@ fn sharpen_values(values: &mut Topology, positions: &Topology, vertex_of: &[u32]
             of.open |= !fan.closed;
         }
     }
-    let num_vertices = positions.vertex_sharpness.len();
-    let (mut num_values, mut single) = (vec![0u32; num_vertices], vec![false; num_vertices]);
-    for (of, &v) in around.iter().zip(vertex_of) {
-        num_values[v as usize] += 1;
-        single[v as usize] |= of.faces == 1;
+    for edge in values.edges.iter().filter(|edge| edge.joined && edge.sharpness > 0.0) {
+        for value in edge.vertices {
+            let of = &mut around[value as usize];
+            if edge.sharpness == f32::INFINITY {
+                of.creased = true;
+            } else {
+                (of.num_semi, of.semi) = (of.num_semi + 1, of.semi.max(edge.sharpness));
+            }
+        }
     }
-    for ((of, &v), sharpness) in around.iter().zip(vertex_of).zip(&mut values.vertex_sharpness) {
-        let v = v as usize;
-        let corner = of.open && of.faces == 1;
-        let junction = num_values[v] > 2;
-        let concave = num_values[v] == 2 && single[v];
-        let dart = num_values[v] == 1 && of.open && !open_position[v];
-        let sharp = of.fans > 1
-            || match rule {
-                FaceVaryingRule::Smooth | FaceVaryingRule::Linear => false,
-                FaceVaryingRule::CornersOnly => corner,
-                FaceVaryingRule::CornersPlus1 => corner || junction,
-                FaceVaryingRule::CornersPlus2 => corner || junction || concave || dart,
-                FaceVaryingRule::Boundaries => of.open,
-            };
-        *sharpness = if sharp { f32::INFINITY } else { positions.vertex_sharpness[v] };
+    around
+}
+
+/// How sharp the rule makes a value, whatever its position is.
+fn sharpness_of(of: &AroundValue, vertex: &AroundVertex, rule: FaceVaryingRule) -> f32 {
+    use FaceVaryingRule::{Boundaries, CornersOnly, CornersPlus1, CornersPlus2, Linear, Smooth};
+    let is_plus = matches!(rule, CornersPlus1 | CornersPlus2);
+    let corner = of.open && of.faces == 1;
+    let junction = vertex.num_values > 2 || vertex.num_values == 2 && vertex.parted;
+    let concave = vertex.num_values == 2 && vertex.single;
+    let dart = vertex.num_values == 1 && of.open && !vertex.open;
+    let sharp = of.fans > 1
+        || match rule {
+            Smooth | Linear => false,
+            CornersOnly => corner,
+            CornersPlus1 => corner || junction,
+            CornersPlus2 => corner || junction || concave || dart,
+            Boundaries => of.open,
+        };
+    if sharp {
+        f32::INFINITY
+    } else if is_plus && vertex.num_values == 2 && of.num_semi == 0 {
+        // The other one is sharp for a while, and this one as long.
+        vertex.semi
+    } else {
+        0.0
     }
 }

@@ -1,6 +1,7 @@
 //! Scenes, comparisons, goldens and benches shared by the tests of all engines.
 
 pub mod bad_shaders;
+pub mod blur;
 pub mod closed;
 pub mod closed_moving;
 pub mod cracks;

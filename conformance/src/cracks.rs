@@ -1,16 +1,18 @@
 //! The crack test: on a closed surface every sample is hit from the front as often as from the back.
 //!
-//! In: a scene whose surfaces are closed and consistently oriented, in front of the camera. Out: for every
-//! sample of the picture the signed count of hits, which must be zero. Folds, self-intersections and double
-//! hits cannot fool it.
+//! In: a scene whose surfaces are closed and consistently oriented, in front of the camera; they may move and be
+//! out of focus. Out: for every sample of the picture the signed count of hits at its time and lens place, which
+//! must be zero. Folds, self-intersections and double hits cannot fool it.
 
 use olema::engine::grids;
 use olema::geometry::subdivision::{EdgeKind, LimitSurface};
 use olema::pipeline::piece::{PieceKind, Sabotage};
+use olema::pipeline::sample::DrawContext;
 use olema::pipeline::{Grid, Piece};
 use olema::sampling::inside::edge;
-use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};
-use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
+use olema::sampling::moving::Extent;
+use olema::sampling::nomotion::{Facing, HitSink, SampleCounts};
+use olema::sampling::{Micropolygons, MovingDraw, Rasterizer, Region, RegionSamples};
 use olema::scene::Geometry;
 use olema::{Error, Scene, Settings};
 
@@ -35,6 +37,16 @@ pub struct CrackReport {
     pub poles: u64,
     /// Grids that are blocks of a larger lattice.
     pub blocks: u64,
+    /// Grids with more than one motion key.
+    pub moving: u64,
+    /// Motion keys of those.
+    pub keys: u64,
+    /// Grids that are out of focus.
+    pub defocused: u64,
+    /// Grids that Interval drew.
+    pub by_interval: u64,
+    /// Grids that InterleaveUvt drew.
+    pub by_interleave: u64,
 }
 
 impl CrackReport {
@@ -49,12 +61,22 @@ impl CrackReport {
         self.creases += other.creases;
         self.poles += other.poles;
         self.blocks += other.blocks;
+        self.moving += other.moving;
+        self.keys += other.keys;
+        self.defocused += other.defocused;
+        self.by_interval += other.by_interval;
+        self.by_interleave += other.by_interleave;
     }
 
     fn count_piece(&mut self, piece: &Piece, grid: &Grid) {
         let PieceKind::Lattice { m, n, i, j } = piece.kind else { return };
         self.grids += 1;
         self.blocks += u64::from(i != [0, m] || j != [0, n]);
+        if grid.keys > 1 {
+            self.moving += 1;
+            self.keys += u64::from(grid.keys);
+        }
+        self.defocused += u64::from(!grid.coc.is_empty());
         let lines = [m, n, m, n];
         self.unequal += piece
             .sides
@@ -114,35 +136,49 @@ impl HitSink for SignedCounts {
     }
 }
 
-/// Draws all of `scene` without culling and counts signed hits.
+/// Draws all of `scene` without culling, as the engine does, and counts signed hits.
 ///
 /// # Errors
 /// What the scene or the settings are wrong about.
+///
+/// # Panics
+/// Where something reaches the near plane or the guard band: the test is for what is seen whole.
 pub fn signed_hits(scene: &Scene, settings: &Settings, broken: Option<Broken>) -> Result<CrackReport, Error> {
-    let pattern = SamplePattern::new(PatternSpec {
-        samples: settings.samples,
-        seed: settings.seed,
-        ..PatternSpec::default()
-    });
     let [width, height] = settings.resolution.map(|px| px as i32);
-    let samples = RegionSamples::new(&pattern, Region::new(0, width, 0, height));
-    let mut counts = SignedCounts { sum: vec![0; samples.len()], hits: vec![0; samples.len()] };
+    let region = Region::new(0, width, 0, height);
+    let mut drawn: Option<(RegionSamples, SignedCounts)> = None;
     let mut report = CrackReport::default();
     let sabotage = if let Some(Broken::Rule(rule)) = broken { Some(rule) } else { None };
-    let stats = grids(scene, settings, sabotage, |piece, grid| {
+    let stats = grids(scene, settings, sabotage, |piece, grid, context| {
+        assert!(!grid.has_slow(), "a vertex at the near plane or beyond the guard band");
         report.count_piece(piece, grid);
+        let (samples, counts) = drawn.get_or_insert_with(|| {
+            let samples = RegionSamples::new(context.pattern, region);
+            let counts = SignedCounts { sum: vec![0; samples.len()], hits: vec![0; samples.len()] };
+            (samples, counts)
+        });
         if broken == Some(Broken::Ties) {
-            rasterize_inclusive(grid, &samples, &mut counts);
+            rasterize_inclusive(context, grid, samples, counts);
             return;
         }
-        let view =
-            GridView { m: grid.m as usize, n: grid.n as usize, x: &grid.x, y: &grid.y, depth: &grid.depth };
-        rasterize_grid(view, Facing::Any, None, &samples, &mut SampleCounts::default(), &mut counts);
+        let draw = MovingDraw {
+            grid: context.moving(grid),
+            pattern: context.pattern,
+            samples,
+            facing: Facing::Any,
+            skip: None,
+            micropolygons: Micropolygons::Quads,
+        };
+        let by = context.rasterizer.rasterize(&draw, &mut SampleCounts::default(), counts);
+        report.by_interval += u64::from(by == Ok(Rasterizer::Interval));
+        report.by_interleave += u64::from(by == Ok(Rasterizer::InterleaveUvt));
     })?;
     report.count_meshes(scene);
     report.welds = stats.welds;
-    report.covered = counts.hits.iter().filter(|&&h| h > 0).count() as u64;
-    report.cracked = counts.sum.iter().filter(|&&s| s != 0).count() as u64;
+    if let Some((_, counts)) = drawn {
+        report.covered = counts.hits.iter().filter(|&&h| h > 0).count() as u64;
+        report.cracked = counts.sum.iter().filter(|&&s| s != 0).count() as u64;
+    }
     Ok(report)
 }
 
@@ -164,31 +200,46 @@ pub fn is_closed(mesh: &olema::scene::SubdivisionMesh) -> bool {
 }
 
 /// A rasterizer without a tie rule: a sample on an edge is inside of both triangles.
-fn rasterize_inclusive(grid: &Grid, samples: &RegionSamples, counts: &mut SignedCounts) {
-    let region = samples.region;
+fn rasterize_inclusive(
+    context: &DrawContext,
+    grid: &Grid,
+    samples: &RegionSamples,
+    counts: &mut SignedCounts,
+) {
+    let moving = context.moving(grid);
     let per_pixel = samples.samples_per_pixel();
+    let last_time = context.pattern.tuples().iter().map(|tuple| tuple.t15).max().unwrap_or(0);
+    let all_times = [0, last_time].map(|t15| moving.times.locate(t15));
     for micropolygon in 0..grid.num_micropolygons() {
-        let [v0, v1, v2, v3] = grid.corners(micropolygon).map(|v| [grid.x[v], grid.y[v]]);
-        for [a, b, c] in [[v0, v1, v2], [v0, v2, v3]] {
-            let pixels = |axis: usize| {
-                let values = [a[axis], b[axis], c[axis]];
-                let (low, high) =
-                    (values.iter().min().unwrap_or(&0) >> 8, values.iter().max().unwrap_or(&0) >> 8);
-                low..=high
-            };
-            for py in pixels(1) {
-                for px in pixels(0).filter(|px| region.contains(*px, py)) {
-                    let first = region.pixel_ix(px, py) * per_pixel;
-                    for ix in first..first + per_pixel {
-                        let s = samples.position(ix);
-                        let w = [edge(b, c, s), edge(c, a, s), edge(a, b, s)];
-                        let sign = w.iter().sum::<i64>().signum();
-                        if sign != 0 && w.iter().all(|w| w * sign >= 0) {
-                            counts.hit(ix, 0.0, 0, sign as i8);
-                        }
-                    }
+        let corners = grid.corners(micropolygon);
+        let mut reach = Extent::EMPTY;
+        for stratum in 0..context.pattern.samples_per_pixel() {
+            let lens = context.pattern.stratum_bounds(stratum);
+            corners.iter().for_each(|&v| reach.add(moving.extent(v, all_times, &lens)));
+        }
+        let pixels = |axis: usize| reach.least[axis] >> 8..=reach.most[axis] >> 8;
+        let pixels = pixels(1).flat_map(|py| pixels(0).map(move |px| (px, py)));
+        for (px, py) in pixels.filter(|&(px, py)| samples.region.contains(px, py)) {
+            let first = samples.region.pixel_ix(px, py) * per_pixel;
+            for ix in first..first + per_pixel {
+                let tuple_ix = samples.tuples[ix];
+                let (tuple, time) =
+                    (&context.pattern.tuples()[tuple_ix as usize], moving.times.of_tuple(tuple_ix));
+                let [v0, v1, v2, v3] = corners.map(|v| moving.position(v, tuple, time));
+                for triangle in [[v0, v1, v2], [v0, v2, v3]] {
+                    count_inclusive(triangle, ix, samples, counts);
                 }
             }
         }
+    }
+}
+
+/// Counts sample `ix` where it is inside of a triangle or on its border.
+fn count_inclusive([a, b, c]: [[i32; 2]; 3], ix: usize, samples: &RegionSamples, counts: &mut SignedCounts) {
+    let s = samples.position(ix);
+    let w = [edge(b, c, s), edge(c, a, s), edge(a, b, s)];
+    let sign = w.iter().sum::<i64>().signum();
+    if sign != 0 && w.iter().all(|w| w * sign >= 0) {
+        counts.hit(ix, 0.0, 0, sign as i8);
     }
 }

@@ -7,7 +7,7 @@ use olema::scene::{Geometry, Keyed, Lens, Points, Transform};
 use crate::scenes;
 
 /// Gives every primitive of a scene a motion: `at` is put next to the world.
-fn moving(mut scene: Scene, times: &[f32], at: impl Fn(f32) -> DMat4) -> Scene {
+pub fn moving(mut scene: Scene, times: &[f32], at: impl Fn(f32) -> DMat4) -> Scene {
     scene.camera.shutter = [0.0, 1.0];
     let keyed = Keyed { times: times.to_vec(), values: times.iter().map(|&t| at(t)).collect() };
     for primitive in &mut scene.primitives {

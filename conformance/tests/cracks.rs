@@ -74,6 +74,44 @@ fn displaced_surfaces_have_no_cracks() {
     assert!(covered > 300_000, "{covered} samples");
 }
 
+#[test]
+fn moving_and_defocused_surfaces_have_no_cracks() {
+    use conformance::closed_moving::moving_crack_scene;
+    use conformance::cracks::CrackReport;
+    use olema::Settings;
+    use olema::sampling::Rasterizer;
+    let rasterizers = [Rasterizer::Auto, Rasterizer::InterleaveUvt, Rasterizer::Interval];
+    let mut total = CrackReport::default();
+    for seed in 0..60 {
+        let rasterizer = rasterizers[seed as usize % 3];
+        let (samples, pattern_tile) =
+            [([4, 4], None), ([3, 3], Some(3)), ([2, 2], Some(4))][seed as usize / 3 % 3];
+        let settings = Settings { rasterizer, pattern_tile, ..small(64, 64, samples) };
+        let report = signed_hits(&moving_crack_scene(seed), &settings, None).expect("a correct scene");
+        assert_eq!(report.cracked, 0, "{seed}: {report:?}");
+        assert!(report.covered > 300, "{seed} is hardly in the picture: {report:?}");
+        total.add(&report);
+    }
+    println!("{total:?}");
+    assert!(total.covered > 300_000, "{total:?}");
+    assert!(total.moving > 3_000 && total.keys > 3 * total.moving && total.defocused > 1000, "{total:?}");
+    assert!(total.by_interval > 1000 && total.by_interleave > 1000, "{total:?}");
+}
+
+#[test]
+fn key_times_that_differ_along_an_edge_are_seen() {
+    use conformance::closed_moving::moving_crack_scene;
+    use conformance::cracks::Broken;
+    use olema::pipeline::piece::Sabotage;
+    // Every second surface is made of patches; of those, some are a single primitive.
+    let cracked = |seed: &u32| {
+        let broken = Some(Broken::Rule(Sabotage::KeyTimes));
+        signed_hits(&moving_crack_scene(*seed), &small(64, 64, [4, 4]), broken).expect("a scene").cracked > 0
+    };
+    let seen = (0..80).step_by(2).filter(cracked).count();
+    assert!(seen > 5, "{seen} of 40 crack");
+}
+
 /// Each rule is broken on scenes that need it; over a few of them cracks must show.
 #[test]
 fn every_broken_rule_is_seen() {

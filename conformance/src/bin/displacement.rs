@@ -155,7 +155,7 @@ fn pictures(dir: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let samples = RegionSamples::new(&pattern, Region::new(0, size[0] as i32, 0, size[1] as i32));
     let draw = |sabotage, nearest: bool| -> Result<Canvas, olema::Error> {
         let mut canvas = Canvas::new(size);
-        olema::engine::grids(&scene, &settings, sabotage, |_, grid| {
+        olema::engine::grids(&scene, &settings, sabotage, |_, grid, _| {
             if nearest {
                 canvas.put_vertices(grid);
                 return;

@@ -9,7 +9,7 @@ use crate::pipeline::bound::{Bound, bound};
 use crate::pipeline::dice::{Diced, dice};
 use crate::pipeline::piece::{Piece, Sabotage};
 use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, filter_pixels};
-use crate::pipeline::sample::{GridSlots, SlotsFull, TileBuffers};
+use crate::pipeline::sample::{DrawContext, GridSlots, SlotsFull, TileBuffers};
 use crate::pipeline::shade::shade;
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::sampling::nomotion::SampleCounts;
@@ -33,10 +33,15 @@ impl<'a> Bench<'a> {
     /// # Errors
     /// As [`super::Renderer::new`] and [`super::Renderer::render`].
     pub fn new(scene: &'a Scene, settings: &'a Settings) -> Result<Self, Error> {
+        Self::broken(scene, settings, None)
+    }
+
+    /// The same, with a rule broken on purpose.
+    fn broken(scene: &'a Scene, settings: &'a Settings, sabotage: Option<Sabotage>) -> Result<Self, Error> {
         settings.validate()?;
         scene.validate()?;
         let mut stats = Stats::default();
-        let frame = FrameData::new(scene, settings, &mut stats);
+        let frame = FrameData::new(scene, settings, sabotage, &mut stats);
         Ok(Bench { frame, stats })
     }
 
@@ -121,8 +126,8 @@ impl<'a> Bench<'a> {
 }
 
 /// Hands every grid of a scene, with the piece that it was diced from, to `visit`: shaded, in canonical order,
-/// and whether it can be seen or not. For tests and experiments that look at grids themselves, and that break a
-/// rule on purpose.
+/// and whether it can be seen or not; and what the engine draws it with. For tests and experiments that look at grids
+/// themselves, and that break a rule on purpose.
 ///
 /// # Errors
 /// As [`super::Renderer::new`] and [`super::Renderer::render`].
@@ -130,16 +135,16 @@ pub fn grids(
     scene: &Scene,
     settings: &Settings,
     sabotage: Option<Sabotage>,
-    mut visit: impl FnMut(&Piece, &Grid),
+    mut visit: impl FnMut(&Piece, &Grid, &DrawContext),
 ) -> Result<Stats, Error> {
-    let bench = Bench::new(scene, settings)?;
+    let bench = Bench::broken(scene, settings, sabotage)?;
     let mut stats = bench.stats.clone();
-    let context = SplitContext { sabotage, ..bench.frame.context() };
+    let (context, draw) = (bench.frame.context(), bench.frame.draw_context());
     bench.each_piece(&context, |piece| {
         let grid = bench.shade_one(bench.dice_one(&context, piece));
         stats.grids += 1;
         stats.micropolygons += grid.num_micropolygons() as u64;
-        visit(piece, &grid);
+        visit(piece, &grid, &draw);
     });
     Ok(stats)
 }

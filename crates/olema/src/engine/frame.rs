@@ -17,7 +17,7 @@ use crate::pipeline::displace::{Corrections, DisplaceContext, widen};
 use crate::pipeline::motion::{KeyTimes, scene_time, welded};
 use crate::pipeline::patch::Surfaces;
 use crate::pipeline::patchify::patchify;
-use crate::pipeline::piece::Piece;
+use crate::pipeline::piece::{Piece, Sabotage};
 use crate::pipeline::rate::Fineness;
 use crate::pipeline::resolve::FilterTable;
 use crate::pipeline::sample::DrawContext;
@@ -54,14 +54,21 @@ pub(super) struct FrameData<'a> {
     pub times: Vec<TupleTimes>,
     pub filter: FilterTable,
     pub tiles: Tiles,
+    /// A rule to break on purpose; `None` outside tests.
+    sabotage: Option<Sabotage>,
 }
 
 impl<'a> FrameData<'a> {
     /// Patchify and connect.
-    pub fn new(scene: &'a Scene, settings: &'a Settings, stats: &mut Stats) -> Self {
+    pub fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        sabotage: Option<Sabotage>,
+        stats: &mut Stats,
+    ) -> Self {
         let camera = RasterCamera::new(&scene.camera, settings.resolution);
         let fineness: Vec<Fineness> = scene.primitives.iter().map(|p| fineness(p, settings)).collect();
-        let (mut patches, mut edges, warnings) = connected(scene, &camera, settings, &fineness);
+        let (mut patches, mut edges, warnings) = connected(scene, &camera, settings, &fineness, sabotage);
         let info = |(ix, primitive)| {
             PrimitiveInfo::new(scene, &camera, primitive, patches.times.of(ix), settings.shading_time)
         };
@@ -109,6 +116,7 @@ impl<'a> FrameData<'a> {
             pattern,
             times,
             filter,
+            sabotage,
         }
     }
 
@@ -123,7 +131,7 @@ impl<'a> FrameData<'a> {
             grid_size: self.settings.grid_size,
             eye_splits: self.settings.eye_splits as u8,
             fineness: &self.fineness,
-            sabotage: None,
+            sabotage: self.sabotage,
         }
     }
 
@@ -408,14 +416,19 @@ fn connected(
     camera: &RasterCamera,
     settings: &Settings,
     fineness: &[Fineness],
+    sabotage: Option<Sabotage>,
 ) -> (PatchTable, EdgeTable, Vec<String>) {
     let alone: Vec<u32> = (0..scene.primitives.len() as u32).collect();
+    let welded = |patches: &PatchTable, edges: &EdgeTable| match sabotage {
+        Some(Sabotage::KeyTimes) => alone.clone(),
+        _ => welded(scene, patches, edges),
+    };
     let mut times = KeyTimes::of_file(scene, &alone);
     if times.of_primitive.windows(2).any(|pair| pair[0] != pair[1]) {
         // Different times: what touches as the shutter opens may be welded, and is given the times of both.
         let (mut patches, _) = patchify(scene, &KeyTimes::still(scene));
         let edges = connect(&mut patches, fineness);
-        times = KeyTimes::of_file(scene, &welded(scene, &patches, &edges));
+        times = KeyTimes::of_file(scene, &welded(&patches, &edges));
     }
     let (mut patches, mut warnings) = patchify(scene, &times);
     let edges = connect(&mut patches, fineness);
@@ -425,7 +438,7 @@ fn connected(
     if !times.any_moves() {
         return (patches, edges, warnings);
     }
-    let welded = welded(scene, &patches, &edges);
+    let welded = welded(&patches, &edges);
     let (refined, coarse) = KeyTimes::of_file(scene, &welded).refined(scene, camera, settings, &welded);
     for (primitive, error) in coarse {
         let name = scene.primitives[primitive as usize].attributes.object_name(primitive as usize);

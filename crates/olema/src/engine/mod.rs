@@ -141,7 +141,7 @@ impl Renderer {
     fn render_in_pool(&self, scene: &Scene, hooks: &Hooks, output: output::Output) -> Result<Frame, Error> {
         let mut stats = Stats::default();
         let watch = Stopwatch::new(hooks);
-        let data = frame::FrameData::new(scene, &self.settings, &mut stats);
+        let data = frame::FrameData::new(scene, &self.settings, None, &mut stats);
         stats.seconds.connect = watch.seconds();
         if self.settings.rasterizer == Rasterizer::NoMotion && data.is_blurred() {
             return Err(Error::Setting {

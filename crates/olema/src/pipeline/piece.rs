@@ -162,4 +162,6 @@ pub enum Sabotage {
     /// Points are displaced along normals estimated from neighbouring points of the same patch, not along exact
     /// ones (what Sattlecker 2015, section 3.2, shows to open holes).
     EstimatedNormals,
+    /// Each primitive keeps its own key times, not those of all that it is welded to.
+    KeyTimes,
 }

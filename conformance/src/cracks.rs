@@ -168,6 +168,7 @@ pub fn signed_hits(scene: &Scene, settings: &Settings, broken: Option<Broken>) -
             facing: Facing::Any,
             skip: None,
             micropolygons: Micropolygons::Quads,
+            times: MovingDraw::ALL_TIMES,
         };
         let by = context.rasterizer.rasterize(&draw, &mut SampleCounts::default(), counts);
         report.by_interval += u64::from(by == Ok(Rasterizer::Interval));

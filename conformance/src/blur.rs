@@ -108,13 +108,17 @@ pub fn alpha(scene: &Scene, settings: &Settings) -> Vec<f64> {
     alpha.values.iter().map(|&a| f64::from(a)).collect()
 }
 
-/// Mean alpha over 4096 samples a pixel: four seeds and ways to cut a pixel of 1024 each, which is the most that one
-/// picture takes.
-fn mean_alpha(scene: &Scene, settings: &Settings) -> Vec<f64> {
+/// A seed and the cells of a pixel.
+type Pattern = (u32, [u32; 2]);
+
+/// 4096 samples a pixel: as many as one picture takes, four times.
+const FULL: [Pattern; 4] = [(0, [32, 32]), (1, [64, 16]), (2, [16, 64]), (3, [128, 8])];
+
+fn mean_alpha(scene: &Scene, settings: &Settings, patterns: &[Pattern]) -> Vec<f64> {
     let mut mean = vec![0.0; (settings.resolution[0] * settings.resolution[1]) as usize];
-    for (seed, samples) in (0..).zip([[32, 32], [64, 16], [16, 64], [128, 8]]) {
+    for &(seed, samples) in patterns {
         for (sum, a) in mean.iter_mut().zip(alpha(scene, &Settings { seed, samples, ..settings.clone() })) {
-            *sum += a / 4.0;
+            *sum += a / patterns.len() as f64;
         }
     }
     mean
@@ -130,11 +134,26 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Compares mean alpha over 4096 samples with the mean over each pixel of `truth` at (x, y).
+    /// Compares alpha over 4096 samples with the mean over each pixel of `truth` at (x, y).
     pub fn of(scene: &Scene, settings: &Settings, truth: impl Fn(f64, f64) -> f64) -> Self {
+        Self::over(scene, settings, &FULL, truth)
+    }
+
+    /// The same for 256 pictures of 16 samples a pixel.
+    pub fn of_few_samples(scene: &Scene, settings: &Settings, truth: impl Fn(f64, f64) -> f64) -> Self {
+        let patterns: Vec<Pattern> = (0..256).map(|seed| (seed, [4, 4])).collect();
+        Self::over(scene, settings, &patterns, truth)
+    }
+
+    fn over(
+        scene: &Scene,
+        settings: &Settings,
+        patterns: &[Pattern],
+        truth: impl Fn(f64, f64) -> f64,
+    ) -> Self {
         let width = settings.resolution[0] as usize;
         let (mut worst, mut squares, mut num) = (0.0f64, 0.0, 0.0);
-        for (ix, found) in mean_alpha(scene, settings).into_iter().enumerate() {
+        for (ix, found) in mean_alpha(scene, settings, patterns).into_iter().enumerate() {
             let expected = over_pixel([ix % width, ix / width], &truth);
             let sigma = (expected * (1.0 - expected) / 4096.0).sqrt().max(1.0 / 4096.0);
             let error = (found - expected).abs() / sigma;

@@ -47,6 +47,9 @@ fn a_moving_edge_out_of_focus_is_the_convolution_of_both() {
         let at = |x: f64, t: f64| (x - 4.125 - 5.25 * t) / 2.5;
         let settings = settings(&stage);
         check("moving edge out of focus", &scene, &settings, |x, _| over_time(64, |t| disk_beyond(at(x, t))));
+        let few = Errors::of_few_samples(&scene, &settings, |x, _| over_time(64, |t| disk_beyond(at(x, t))));
+        println!("the same with 256 times 16 samples: {few:.2?}");
+        assert!(few.are_of_sampling(), "{few:?}");
         let lens: Vec<f64> = (0..128).map(|step| inverse_disk_beyond((step as f64 + 0.5) / 128.0)).collect();
         for sign in [1.0, -1.0] {
             let paired =
@@ -103,6 +106,23 @@ fn a_rotating_square_covers_each_place_for_its_share_of_time() {
             let (sin, cos) = (angle * t).sin_cos();
             let inside = (x * cos + y * sin).abs() < half && (y * cos - x * sin).abs() < half;
             f64::from(u8::from(inside))
+        })
+    });
+}
+
+#[test]
+fn what_turns_and_reaches_far_beyond_the_frame_keeps_its_path() {
+    // A half plane that turns about the middle of the frame, as a camera that rolls sees the ground: all of its
+    // corners are several frames away.
+    let stage = Stage::sharp([16, 16]);
+    let mut scene = stage.scene();
+    stage.add_quad(&mut scene, half_plane([11.0, 8.0], 0.0), 1.0);
+    let scene = moving(scene, &[0.0, 1.0], |t| stage.turn([8.0, 8.0], 1.2 * f64::from(t)));
+    let settings = Settings { motion_tolerance_px: 1.0 / 256.0, ..settings(&stage) };
+    check("turning half plane", &scene, &settings, |x, y| {
+        over_time(256, |t| {
+            let (sin, cos) = (1.2 * t).sin_cos();
+            f64::from(u8::from((x - 8.0) * cos + (y - 8.0) * sin < 3.0))
         })
     });
 }

@@ -77,6 +77,29 @@ fn a_crop_is_that_part_of_the_whole() {
 }
 
 #[test]
+fn nothing_of_that_changes_a_blurred_picture() {
+    for (name, scene) in conformance::moving::blurred() {
+        let base = small(48, 36, [2, 2]);
+        let expected = bits(&draw(&scene, &base));
+        for variant in variants(&base).into_iter().step_by(2) {
+            assert!(bits(&draw(&scene, &variant)) == expected, "{name}: {variant:?}");
+        }
+    }
+}
+
+#[test]
+fn a_crop_is_that_part_of_a_blurred_whole() {
+    for (name, scene) in conformance::moving::blurred() {
+        let base = small(64, 48, [2, 2]);
+        let whole = draw(&scene, &base);
+        for crop in [[0, 64, 0, 1], [13, 29, 7, 48], [63, 64, 47, 48], [31, 40, 20, 21]] {
+            let part = draw(&scene, &Settings { crop_px: Some(crop), tile: Some(8), ..base.clone() });
+            assert!(bits(&whole.part(crop)) == bits(&part), "{name}: {crop:?}");
+        }
+    }
+}
+
+#[test]
 fn buckets_that_are_delivered_make_up_the_picture() {
     let scene = scenes::teapot();
     let settings = Settings { bucket: [11, 7], threads: 2, tile: Some(10), ..small(64, 48, [2, 2]) };

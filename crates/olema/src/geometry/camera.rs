@@ -93,6 +93,12 @@ impl RasterCamera {
         [p.x * inverse * self.scale[0] + self.center[0], self.center[1] - p.y * inverse * self.scale[1]]
     }
 
+    /// The point in camera space at a raster position and a depth above 0.
+    pub fn point_at(&self, [x, y]: [f32; 2], z: f32) -> Vec3 {
+        let w = if self.perspective { z } else { 1.0 };
+        Vec3::new((x - self.center[0]) / self.scale[0] * w, (self.center[1] - y) / self.scale[1] * w, z)
+    }
+
     /// Fixed-point raster position, rounded to nearest even, or `None` where the vertex lies in front of the
     /// near or beyond the far plane or outside the guard band (the slow path).
     #[inline(always)]
@@ -155,6 +161,7 @@ mod tests {
         let close = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-3;
         assert!(close(raster.project(Vec3::new(2.0, 1.0, 1.0)), [200.0, 0.0]));
         assert!(close(raster.project(Vec3::new(-4.0, -2.0, 2.0)), [0.0, 100.0]));
+        assert!(close(raster.project(raster.point_at([30.0, 70.0], 5.0)), [30.0, 70.0]));
     }
 
     #[test]

@@ -202,13 +202,25 @@ struct Paths<'a> {
     scene: &'a Scene,
     camera: &'a RasterCamera,
     primitive: &'a Primitive,
-    /// A frame's size around the frame: paths beyond it do not matter.
-    limits: [[f32; 2]; 2],
+    /// The frame in pixels.
+    frame: [f32; 2],
     tolerance_px: f32,
 }
 
-/// Raster x and y and the circle of confusion of points that are in front of the near plane.
-type Places = Vec<Option<[f32; 3]>>;
+/// Raster x and y and the circle of confusion of a point.
+type Place = [f32; 3];
+
+/// A primitive at a time.
+struct Snapshot {
+    t: f32,
+    /// Its control points, where they are in front of the near plane.
+    places: Vec<Option<Place>>,
+    /// Box on the raster that holds them, `[x0, x1, y0, y1]`; all of it where one of them is not in front.
+    bounds: [f32; 4],
+    /// Depths of those in front.
+    depth: [f32; 2],
+    to_camera: DMat4,
+}
 
 impl<'a> Paths<'a> {
     fn new(
@@ -217,91 +229,136 @@ impl<'a> Paths<'a> {
         settings: &Settings,
         primitive: &'a Primitive,
     ) -> Self {
-        let limits = settings.resolution.map(|size| [-(size as f32), 2.0 * size as f32]);
-        Paths { scene, camera, primitive, limits, tolerance_px: settings.motion_tolerance_px }
+        let frame = settings.resolution.map(|size| size as f32);
+        Paths { scene, camera, primitive, frame, tolerance_px: settings.motion_tolerance_px }
     }
 
     /// Times with more between them where paths are curved, and the greatest error that is left.
     fn refine(&self, given: &[f32]) -> (Vec<f32>, f32) {
         let mut times = vec![given[0]];
         let mut error = 0.0f32;
-        let mut from = (given[0], self.at(given[0]));
+        let mut from = self.at(given[0]);
         for &to in &given[1..] {
-            let to = (to, self.at(to));
+            let to = self.at(to);
             error = error.max(self.halve(&from, &to, MOST_HALVINGS, &mut times));
-            times.push(to.0);
+            times.push(to.t);
             from = to;
         }
         (times, error)
     }
 
-    fn halve(&self, from: &(f32, Places), to: &(f32, Places), left: u32, times: &mut Vec<f32>) -> f32 {
-        let middle = (from.0 + (to.0 - from.0) * 0.5, self.at(from.0 + (to.0 - from.0) * 0.5));
-        let error = self.error(&from.1, &middle.1, &to.1);
-        if error <= self.tolerance_px || left == 0 || to.0 - from.0 < 4.0 * SAME_TIME {
+    fn halve(&self, from: &Snapshot, to: &Snapshot, left: u32, times: &mut Vec<f32>) -> f32 {
+        let middle = self.at(from.t + (to.t - from.t) * 0.5);
+        let error = self.error(from, &middle, to);
+        if error <= self.tolerance_px || left == 0 || to.t - from.t < 4.0 * SAME_TIME {
             return error;
         }
         let first = self.halve(from, &middle, left - 1, times);
-        times.push(middle.0);
+        times.push(middle.t);
         first.max(self.halve(&middle, to, left - 1, times))
     }
 
-    /// Greatest distance of a point at the middle from the middle of its places before and after. Along a long path
-    /// it counts for less: the farther something moves, the fainter is what it leaves anywhere.
-    fn error(&self, from: &Places, middle: &Places, to: &Places) -> f32 {
-        let mut most = 0.0f32;
-        for ((from, middle), to) in from.iter().zip(middle).zip(to) {
-            let (Some(from), Some(middle), Some(to)) = (from, middle, to) else { continue };
+    /// Greatest distance of a point at the middle from the middle of its places before and after: of control points
+    /// no farther than a frame's size from the frame, and of what may be seen of a surface that is larger than that.
+    fn error(&self, from: &Snapshot, middle: &Snapshot, to: &Snapshot) -> f32 {
+        let mut most = self.error_in_frame(from, middle, to);
+        for ((from, place), to) in from.places.iter().zip(&middle.places).zip(&to.places) {
+            let (Some(from), Some(place), Some(to)) = (from, place, to) else { continue };
             let matters = (0..2).all(|c| {
-                let [low, high] = self.limits[c];
-                middle[c] + middle[2].abs() >= low && middle[c] - middle[2].abs() <= high
+                let size = self.frame[c];
+                place[c] + place[2].abs() >= -size && place[c] - place[2].abs() <= 2.0 * size
             });
             if matters {
-                let [x, y, coc]: [f32; 3] = std::array::from_fn(|c| middle[c] - (from[c] + to[c]) * 0.5);
-                let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-                let length = (dx * dx + dy * dy).sqrt();
-                let apart = if length > LONG_PX {
-                    let (along, across) =
-                        ((x * dx + y * dy).abs() / length, (x * dy - y * dx).abs() / length);
-                    across.max(along * (LONG_PX / length))
-                } else {
-                    (x * x + y * y).sqrt()
-                };
-                most = most.max(apart).max(coc.abs());
+                most = most.max(bend(from, place, to));
             }
         }
         most
     }
 
-    fn at(&self, t: f32) -> Places {
+    /// The same for nine places of the frame, of those between the control points, at the least and the greatest
+    /// depth of these: all control points of a ground under a camera that rolls may be far beside the frame.
+    fn error_in_frame(&self, from: &Snapshot, middle: &Snapshot, to: &Snapshot) -> f32 {
+        let to_object = middle.to_camera.inverse();
+        let [x0, x1, y0, y1] = middle.bounds;
+        let mut most = 0.0f32;
+        for [a, b] in (0..9).map(|ix| [ix % 3, ix / 3].map(|step| step as f32 * 0.5)) {
+            let at = [a * self.frame[0], b * self.frame[1]];
+            if !((x0..=x1).contains(&at[0]) && (y0..=y1).contains(&at[1])) {
+                continue;
+            }
+            for z in middle.depth {
+                let p = to_object.transform_point3(self.camera.point_at(at, z).as_dvec3());
+                let places = [from, middle, to].map(|snapshot| self.place(&snapshot.to_camera, p));
+                if let [Some((from, _)), Some((place, _)), Some((to, _))] = places {
+                    most = most.max(bend(&from, &place, &to));
+                }
+            }
+        }
+        most
+    }
+
+    /// Where a point of the object is and how deep, if it is in front of the near plane.
+    fn place(&self, to_camera: &DMat4, p: DVec3) -> Option<(Place, f32)> {
+        let p: Vec3 = to_camera.transform_point3(p).as_vec3();
+        let [x, y] = self.camera.fixed(p).and(Some(self.camera.project(p)))?;
+        Some(([x, y, self.camera.lens.map_or(0.0, |lens| lens.coc_px(p.z))], p.z))
+    }
+
+    fn at(&self, t: f32) -> Snapshot {
         let Placement { points, to_camera } = placement(self.scene, self.primitive, t);
-        let place = |p: DVec3| {
-            let p: Vec3 = to_camera.transform_point3(p).as_vec3();
-            let [x, y] = self.camera.fixed(p).and(Some(self.camera.project(p)))?;
-            Some([x, y, self.camera.lens.map_or(0.0, |lens| lens.coc_px(p.z))])
-        };
+        let mut snapshot =
+            Snapshot { t, places: Vec::new(), bounds: NOWHERE, depth: [f32::INFINITY, 0.0], to_camera };
         match &self.primitive.geometry {
             Geometry::Patches(mesh) => {
                 let stride = mesh.points.first().len().div_ceil(PROBES).max(1);
                 let len = points.keys.map(|key| mesh.points.values[key].len());
-                let blended = (0..len[0].min(len[1])).step_by(stride).map(|ix| {
+                for ix in (0..len[0].min(len[1])).step_by(stride) {
                     let p = blend_point(&mesh.points, &points, ix);
-                    place(p.truncate() / p.w)
-                });
-                blended.collect()
+                    snapshot.add(self.place(&to_camera, p.truncate() / p.w));
+                }
             }
             Geometry::Subdivision(mesh) => {
                 let [from, to] = points.keys.map(|key| &mesh.points.values[key]);
                 let stride = from.len().div_ceil(PROBES).max(1);
-                let ends = from.iter().zip(to).step_by(stride);
-                let blended = ends.map(|(from, to)| {
+                for (from, to) in from.iter().zip(to).step_by(stride) {
                     let [from, to] = [from, to].map(|p| DVec3::from_array(p.map(f64::from)));
-                    place(from + (to - from) * points.part)
-                });
-                blended.collect()
+                    snapshot.add(self.place(&to_camera, from + (to - from) * points.part));
+                }
             }
         }
+        snapshot
     }
+}
+
+const NOWHERE: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
+const EVERYWHERE: [f32; 4] = [f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY];
+
+impl Snapshot {
+    fn add(&mut self, point: Option<(Place, f32)>) {
+        self.places.push(point.map(|(place, _)| place));
+        let Some(([x, y, _], z)) = point else {
+            self.bounds = EVERYWHERE;
+            return;
+        };
+        let [x0, x1, y0, y1] = self.bounds;
+        self.bounds = [x0.min(x), x1.max(x), y0.min(y), y1.max(y)];
+        self.depth = [self.depth[0].min(z), self.depth[1].max(z)];
+    }
+}
+
+/// Distance of a place from the middle of those before and after, or the change of its circle of confusion alike.
+/// Along a long path it counts for less: the farther something moves, the fainter is what it leaves anywhere.
+fn bend(from: &Place, middle: &Place, to: &Place) -> f32 {
+    let [x, y, coc]: [f32; 3] = std::array::from_fn(|c| middle[c] - (from[c] + to[c]) * 0.5);
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let length = (dx * dx + dy * dy).sqrt();
+    let apart = if length > LONG_PX {
+        let (along, across) = ((x * dx + y * dy).abs() / length, (x * dy - y * dx).abs() / length);
+        across.max(along * (LONG_PX / length))
+    } else {
+        (x * x + y * y).sqrt()
+    };
+    apart.max(coc.abs())
 }
 
 /// Control point `ix` between two keys, homogeneous; exact at a key.

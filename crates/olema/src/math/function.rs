@@ -44,27 +44,38 @@ fn cos_rest(r: f64) -> f64 {
     1.0 + z * poly(z, [-1.0 / 3_628_800.0, 1.0 / 40_320.0, -1.0 / 720.0, 1.0 / 24.0, -0.5])
 }
 
-/// Quadrant (only its low two bits count) and rest of a finite angle.
+/// Quadrant (only its low two bits count) and rest of an angle below [`MEDIUM`].
+#[inline(always)]
+fn near_quadrant(x: f64) -> (u32, f64) {
+    let biased = x * std::f64::consts::FRAC_2_PI + ROUND;
+    let n = biased - ROUND;
+    (biased.to_bits() as u32, (x - n * HALF_PI_1) - n * HALF_PI_REST)
+}
+
+/// Quadrant and rest of a finite angle.
 #[inline(always)]
 fn quadrant(x: f64) -> (u32, f64) {
     if x.abs() < MEDIUM {
-        let biased = x * std::f64::consts::FRAC_2_PI + ROUND;
-        let n = biased - ROUND;
-        (biased.to_bits() as u32, (x - n * HALF_PI_1) - n * HALF_PI_REST)
+        near_quadrant(x)
     } else {
         let r = reduce(x);
         (r.quadrant, r.hi)
     }
 }
 
+/// Sine and cosine, in double, of a quadrant and the rest of an angle.
+#[inline(always)]
+fn sin_cos_rest((q, r): (u32, f64)) -> (f64, f64) {
+    let (s, c) = (sin_rest(r), cos_rest(r));
+    let (s, c) = if q & 1 == 0 { (s, c) } else { (c, -s) };
+    if q & 2 == 0 { (s, c) } else { (-s, -c) }
+}
+
 /// Sine and cosine, in double, of an angle in radians.
 #[inline(always)]
 fn sin_cos_wide(x: f32) -> (f64, f64) {
     let finite = if x.is_finite() { f64::from(x) } else { 0.0 };
-    let (q, r) = quadrant(finite);
-    let (s, c) = (sin_rest(r), cos_rest(r));
-    let (s, c) = if q & 1 == 0 { (s, c) } else { (c, -s) };
-    let (s, c) = if q & 2 == 0 { (s, c) } else { (-s, -c) };
+    let (s, c) = sin_cos_rest(quadrant(finite));
     if x.is_finite() { (s, c) } else { (f64::NAN, f64::NAN) }
 }
 
@@ -73,6 +84,13 @@ fn sin_cos_wide(x: f32) -> (f64, f64) {
 pub fn sin(x: f32) -> f32 {
     // The reduction turns -0 into 0.
     if x == 0.0 { x } else { sin_cos_wide(x).0 as f32 }
+}
+
+/// [`sin`] of an angle below a million or not a number; without branches, so that it can go in lanes.
+#[inline(always)]
+pub fn sin_of_few_turns(x: f32) -> f32 {
+    let sine = sin_cos_rest(near_quadrant(f64::from(x))).0 as f32;
+    if x == 0.0 { x } else { sine }
 }
 
 /// Cosine of an angle in radians.

@@ -5,7 +5,9 @@ mod function64;
 pub mod hash;
 pub mod matrix;
 pub mod noise;
+pub mod noise_lanes;
 mod reduce;
+pub mod simd;
 
 /// Vectors as a structure of arrays.
 #[derive(Debug, Clone, Default, PartialEq)]

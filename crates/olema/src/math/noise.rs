@@ -13,29 +13,9 @@ const FARTHEST: f64 = (1u64 << 50) as f64;
 
 /// Steps of the hash's argument along y and z. Odd, and far from rational in each other (powers of the inverse of
 /// x^3 = x + 1), so that within a plane of equal x no vector shorter than about 2^16 cells repeats the noise.
-const STEP_Y: u32 = 0xc13f_a9a9;
+pub(super) const STEP_Y: u32 = 0xc13f_a9a9;
 /// See `STEP_Y`.
-const STEP_Z: u32 = 0x91e1_0da5;
-
-/// Midpoints of a cube's edges, four of them twice.
-const GRADIENTS: [[f32; 3]; 16] = [
-    [1.0, 1.0, 0.0],
-    [-1.0, 1.0, 0.0],
-    [1.0, -1.0, 0.0],
-    [-1.0, -1.0, 0.0],
-    [1.0, 0.0, 1.0],
-    [-1.0, 0.0, 1.0],
-    [1.0, 0.0, -1.0],
-    [-1.0, 0.0, -1.0],
-    [0.0, 1.0, 1.0],
-    [0.0, -1.0, 1.0],
-    [0.0, 1.0, -1.0],
-    [0.0, -1.0, -1.0],
-    [1.0, 1.0, 0.0],
-    [-1.0, 1.0, 0.0],
-    [0.0, -1.0, 1.0],
-    [0.0, -1.0, -1.0],
-];
+pub(super) const STEP_Z: u32 = 0x91e1_0da5;
 
 /// 1 / 1.0364, the largest sum that these gradients can make.
 const TO_UNIT: f32 = 0.9649;
@@ -43,7 +23,7 @@ const TO_UNIT: f32 = 0.9649;
 /// The lattice cell of a coordinate, modulo 2^32, and the place in it, 0 to 1.
 #[inline(always)]
 #[allow(clippy::manual_clamp)] // In this order not-a-number becomes a number too.
-fn cell(x: f64) -> (u32, f32) {
+pub(super) fn cell(x: f64) -> (u32, f32) {
     let x = x.max(-FARTHEST).min(FARTHEST);
     let biased = x + ROUND;
     let nearest = biased - ROUND;
@@ -69,21 +49,44 @@ fn mix(a: f32, b: f32, t: f32) -> f32 {
     a + (b - a) * t
 }
 
+/// Scalar product of (x, y, z) with one of the midpoints of a cube's edges, four of which come twice: by the hash's upper
+/// four bits.
+#[inline(always)]
+fn slope(hash: u32, x: f32, y: f32, z: f32) -> f32 {
+    // 0 to 3 and 12, 13: +-x +-y; 4 to 7: +-x +-z; the others: +-y +-z.
+    let kind = hash >> 28;
+    let wraps = kind & 14 == 12;
+    let first = if (kind < 8) | wraps { x } else { y };
+    let second = if (kind < 4) | wraps { y } else { z };
+    // 14 has the signs of 13.
+    let signs = if kind == 14 { 1 } else { kind };
+    let first = f32::from_bits(first.to_bits() ^ (signs << 31));
+    let second = f32::from_bits(second.to_bits() ^ ((signs >> 1) << 31));
+    first + second
+}
+
+/// Gradient noise in a cell, at a place in it.
+#[inline(always)]
+pub(super) fn in_cell([ix, iy, iz]: [u32; 3], [fx, fy, fz]: [f32; 3], seed: u32) -> f32 {
+    let (x0, x1) = (hash32(ix ^ seed), hash32(ix.wrapping_add(1) ^ seed));
+    let (y1, z1) = (iy.wrapping_add(1), iz.wrapping_add(1));
+    let (gx, gy, gz) = (fx - 1.0, fy - 1.0, fz - 1.0);
+    let u = ease(fx);
+    let near_low = mix(slope(lattice(x0, iy, iz), fx, fy, fz), slope(lattice(x1, iy, iz), gx, fy, fz), u);
+    let near_high = mix(slope(lattice(x0, y1, iz), fx, gy, fz), slope(lattice(x1, y1, iz), gx, gy, fz), u);
+    let far_low = mix(slope(lattice(x0, iy, z1), fx, fy, gz), slope(lattice(x1, iy, z1), gx, fy, gz), u);
+    let far_high = mix(slope(lattice(x0, y1, z1), fx, gy, gz), slope(lattice(x1, y1, z1), gx, gy, gz), u);
+    let v = ease(fy);
+    let sum = mix(mix(near_low, near_high, v), mix(far_low, far_high, v), ease(fz));
+    (TO_UNIT * sum).clamp(-1.0, 1.0)
+}
+
 /// Gradient noise: -1 to 1 (both within reach only in theory; the usual size is 0.3), 0 at all lattice points, twice
 /// continuously differentiable. Any point is allowed; one with a coordinate that is no number gives some value.
 #[inline]
 pub fn gradient(point: [f64; 3], seed: u32) -> f32 {
-    let [(ix, fx), (iy, fy), (iz, fz)] = point.map(cell);
-    let columns = [hash32(ix ^ seed), hash32(ix.wrapping_add(1) ^ seed)];
-    let corner = |dx: u32, dy: u32, dz: u32| {
-        let hash = lattice(columns[dx as usize], iy.wrapping_add(dy), iz.wrapping_add(dz));
-        let [gx, gy, gz] = GRADIENTS[(hash >> 28) as usize];
-        gx * (fx - dx as f32) + gy * (fy - dy as f32) + gz * (fz - dz as f32)
-    };
-    let (u, v, w) = (ease(fx), ease(fy), ease(fz));
-    let row = |dy: u32, dz: u32| mix(corner(0, dy, dz), corner(1, dy, dz), u);
-    let plane = |dz: u32| mix(row(0, dz), row(1, dz), v);
-    (TO_UNIT * mix(plane(0), plane(1), w)).clamp(-1.0, 1.0)
+    let at = point.map(cell);
+    in_cell(at.map(|(ix, _)| ix), at.map(|(_, f)| f), seed)
 }
 
 /// Square of the distance to the nearest feature point, one of which lies in every cell; at most 1. Continuous.

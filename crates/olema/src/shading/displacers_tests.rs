@@ -5,8 +5,10 @@ use std::sync::Arc;
 use glam::Vec3;
 use proptest::prelude::*;
 
+use super::super::octaves::CELLS_MEAN;
 use super::super::{ShaderParam, TextureImage, displacement, displacement_with_images};
 use super::*;
+use crate::math::hash::{hash_all, unit};
 use crate::scene::VarType;
 use crate::shading::ParamValue;
 
@@ -180,6 +182,34 @@ fn the_mean_of_cells_is_the_one_they_fade_to() {
     let given: Vec<Point> = (0..100_000).map(|n| Point { p: place(n), ..POINT }).collect();
     let mean = displace(&*shader, &given).iter().map(|o| f64::from(o.z)).sum::<f64>() / 1e5;
     assert!((mean - f64::from(CELLS_MEAN)).abs() < 0.01, "{mean}");
+}
+
+#[test]
+fn instructions_do_not_matter() {
+    let place = |n: u32| Vec3::from([0, 1, 2].map(|a| 9.0 * unit(hash_all([n, a])) - 5.0));
+    let given: Vec<Point> = (0..99)
+        .map(|n| Point { p: place(n), n: place(n + 99).normalize(), width: 0.004 * n as f32, ..POINT })
+        .collect();
+    let all = |level: SimdLevel| {
+        let mut params = Params::new("displacement", "any", &[]);
+        let mut common = || Common { level, ..common("any", &mut params, 0.1, 0.0).unwrap() };
+        let (a, b, c, d) = (common(), common(), common(), common());
+        let mut octaves = || octaves(&mut params, 5.0).unwrap();
+        let shaders: [Box<dyn DisplacementShader>; 4] = [
+            Box::new(AlongNormal { common: a, height: Fractal(octaves()) }),
+            Box::new(AlongNormal { common: b, height: Cells(octaves()) }),
+            Box::new(NoiseVector { common: c, octaves: octaves() }),
+            Box::new(AlongNormal {
+                common: d,
+                height: waves(&mut Params::new("displacement", "any", &[]), octaves()).unwrap(),
+            }),
+        ];
+        shaders.map(|shader| {
+            displace(&*shader, &given).into_iter().map(|v| v.to_array().map(f32::to_bits)).collect()
+        })
+    };
+    let expected: [Vec<_>; 4] = all(SimdLevel::baseline());
+    SimdLevel::all().into_iter().for_each(|level| assert_eq!(all(level), expected, "{level:?}"));
 }
 
 #[test]

@@ -7,6 +7,7 @@
 mod displacement;
 mod displacers;
 mod light;
+mod octaves;
 mod params;
 mod reflect;
 mod space;

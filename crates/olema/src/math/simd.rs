@@ -1,0 +1,52 @@
+//! Kernels over slices: plain loops, compiled once for each set of vector instructions.
+//!
+//! In: a loop body written for one value. Out: the same loop in as many lanes as the processor has. The body is scalar
+//! Rust without branches, so the scalar function and the kernel are one text and give the same bits on every level:
+//! lanes do not change the order of operations within a value, and nothing is fused.
+
+use fearless_simd::{Level, Simd, dispatch};
+
+/// Values that a kernel handles at a time. Lists are padded to a multiple of it, since a rest that is done value by
+/// value costs more than lanes that nobody reads.
+pub const LANES: usize = 16;
+
+/// Which vector instructions kernels may use. It changes speed alone.
+#[derive(Debug, Clone, Copy)]
+pub struct SimdLevel(Level);
+
+impl SimdLevel {
+    /// The widest that this processor has.
+    pub fn best() -> Self {
+        SimdLevel(Level::new())
+    }
+
+    /// What every processor of this architecture has.
+    pub fn baseline() -> Self {
+        SimdLevel(Level::baseline())
+    }
+
+    /// All that this processor has, for tests and benches.
+    pub fn all() -> Vec<Self> {
+        let levels = vec![SimdLevel::baseline()];
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        let levels = {
+            let best = Level::new();
+            let more = [best.as_sse4_2().map(|s| s.level()), best.as_avx2().map(|s| s.level()), Some(best)];
+            levels.into_iter().chain(more.into_iter().flatten().map(SimdLevel)).collect()
+        };
+        levels
+    }
+
+    /// Runs `kernel` with these instructions. They reach only what is inlined into it: it has to be a closure with
+    /// `#[inline(always)]`, and so has everything that it calls.
+    #[inline(always)]
+    pub fn run<R>(self, kernel: impl FnOnce() -> R) -> R {
+        dispatch!(self.0, _ => kernel())
+    }
+}
+
+impl Default for SimdLevel {
+    fn default() -> Self {
+        SimdLevel::best()
+    }
+}

@@ -34,9 +34,18 @@ use super::{Hooks, Stopwatch};
 /// Bytes of sample records and colours that a tile may use, so that they stay in the second-level cache.
 const TILE_BYTES: u64 = 768 << 10;
 
-/// Pieces of one patch that may reach in front of the near plane; a surface that passes the eye has a few
-/// thousand.
-pub(super) const MOST_AT_EYE: u32 = 1 << 14;
+/// Pieces of one patch that may reach in front of the near plane, weighted; a surface that passes the eye has a few
+/// thousand that do so all the time, one that moves past it has many more that do for a moment.
+pub(super) const MOST_AT_EYE: u32 = 1 << 18;
+
+/// What a piece counts towards [`MOST_AT_EYE`].
+pub(super) fn weight_at_eye(bounds: &Bound) -> u32 {
+    match bounds.at_eye {
+        [0, _] => 0,
+        [num, of] if num == of => 16,
+        _ => 1,
+    }
+}
 
 /// What all tiles of a frame share.
 pub(super) struct FrameData<'a> {
@@ -234,7 +243,7 @@ impl<'a> FrameData<'a> {
             let Some(bounds) = count_unseen(bound(context, &piece, &region), stats) else {
                 continue;
             };
-            at_eye += u32::from(bounds.stays_at_eye);
+            at_eye += weight_at_eye(&bounds);
             // Neither motion nor defocus is a reason to split.
             let small = bounds.size_px.iter().all(|&size| size < limit);
             if !small && let Fate::Split(halves) = context.fate(&piece) {

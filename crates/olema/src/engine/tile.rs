@@ -20,7 +20,7 @@ use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
 use crate::stats::Stats;
 
 use super::cache::{GridCache, Lookup};
-use super::frame::{Filed, FrameData, MOST_AT_EYE, Source, count_unseen};
+use super::frame::{Filed, FrameData, MOST_AT_EYE, Source, count_unseen, weight_at_eye};
 use super::{Hooks, Stopwatch};
 
 /// Grids drawn between two looks for grids that nothing needs any more.
@@ -182,7 +182,7 @@ impl<'a> TileWorker<'a> {
                 self.stats.seconds.split += watch.seconds();
                 continue;
             };
-            at_eye += u32::from(bounds.stays_at_eye);
+            at_eye += weight_at_eye(&bounds);
             if at_eye > MOST_AT_EYE {
                 let warning =
                     "too many pieces pass the eye in one tile; the rest of them is not drawn".to_owned();

@@ -21,8 +21,8 @@ pub struct Bound {
     pub pixels: [i32; 4],
     /// Nearest and farthest depth.
     pub depth: [f32; 2],
-    /// It reaches in front of the near plane all the time.
-    pub stays_at_eye: bool,
+    /// At how many of its keys it reaches in front of the near plane, out of how many.
+    pub at_eye: [u32; 2],
     /// Its largest width and height at any one time and in focus, in pixels; of the region where it
     /// passes the near plane.
     pub size_px: [f32; 2],
@@ -341,8 +341,9 @@ impl<'a> Hull<'a> {
                 .map(size)
                 .fold([0.0; 2], |most: [f32; 2], size| [most[0].max(size[0]), most[1].max(size[1])])
         };
-        let stays_at_eye = keys.iter().all(|key| key.least.z < self.camera.near);
-        Ok(Bound { pixels: whole, depth, stays_at_eye, size_px, sweep, times })
+        let num_at_eye = keys.iter().filter(|key| key.least.z < self.camera.near).count();
+        let at_eye = [num_at_eye as u32, keys.len() as u32];
+        Ok(Bound { pixels: whole, depth, at_eye, size_px, sweep, times })
     }
 }
 

@@ -103,7 +103,8 @@ impl MeasuredKeys {
         visible.into_iter().chain([eye_depth(camera)])
     }
 
-    /// The length to dice for, of lengths at the keys: the largest, as long as it is not many times the median.
+    /// The length to dice for, of lengths at the keys: the largest, as long as it is not many times the smallest, or
+    /// not many times the median and not long.
     fn wanted(&self, lengths: impl Iterator<Item = Option<f32>>) -> Option<f32> {
         let (mut sorted, mut num) = ([0.0f32; 5], 0);
         for length in lengths.flatten() {
@@ -113,13 +114,21 @@ impl MeasuredKeys {
         sorted[..num].sort_by(f32::total_cmp);
         let largest = *sorted[..num].last()?;
         let median = (sorted[(num - 1) / 2] + sorted[num / 2]) * 0.5;
-        Some(largest.min(MOST_OVER_MEDIAN * median))
+        let most = (MOST_OVER_MEDIAN * median).min(LONG_PX).max(MOST_OVER_SMALLEST * sorted[0]);
+        Some(largest.min(most))
     }
 }
 
 /// How much longer than most of the time something may be and still be diced for that: beyond it it is blurred so
 /// much that nothing finer shows. What grows evenly is at most twice the median.
 const MOST_OVER_MEDIAN: f32 = 2.0;
+
+/// The same over its smallest length: what grows by more is blurred by nearly its own size.
+const MOST_OVER_SMALLEST: f32 = 4.0;
+
+/// A line that is longer than this for a moment and grows by more is not diced for that: a patch that leaves the frame
+/// at a slant may be drawn out to any length beside it.
+const LONG_PX: f32 = 256.0;
 
 /// How an edge is cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -42,8 +42,9 @@ pub(super) const MOST_AT_EYE: u32 = 1 << 18;
 pub(super) fn weight_at_eye(bounds: &Bound) -> u32 {
     match bounds.at_eye {
         [0, _] => 0,
-        [num, of] if num == of => 16,
-        _ => 1,
+        // Each key is work.
+        [num, of] if num == of => 16 + 2 * of,
+        [_, of] => 1 + of / 8,
     }
 }
 

@@ -25,6 +25,8 @@ pub struct RasterCamera {
     pub scale: [f32; 2],
     /// Raster position of the optical axis, in pixels.
     pub center: [f32; 2],
+    /// Width and height of the full frame, in pixels.
+    pub frame_px: [f32; 2],
     /// Nearest depth drawn, above 0.
     pub near: f32,
     /// Farthest depth drawn; may be infinite.
@@ -81,6 +83,7 @@ impl RasterCamera {
             scale,
             lens: lens.filter(|lens| lens.radius > 0.0 && lens.radius.is_finite()),
             center: [(-left * x) as f32, (top * y) as f32],
+            frame_px: resolution.map(|size| size as f32),
             near: camera.clipping[0],
             far: camera.clipping[1],
         }

@@ -116,13 +116,16 @@ impl Sweep {
     }
 }
 
-const NOWHERE: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
+/// A box that holds nothing.
+pub(super) const NOWHERE: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
 
-fn union(a: &[f32; 4], b: &[f32; 4]) -> [f32; 4] {
+/// The box that holds both.
+pub(super) fn union(a: &[f32; 4], b: &[f32; 4]) -> [f32; 4] {
     [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
-fn grown(b: [f32; 4], by: f32) -> [f32; 4] {
+/// A box larger by so much on each side.
+pub(super) fn grown(b: [f32; 4], by: f32) -> [f32; 4] {
     [b[0] - by, b[1] + by, b[2] - by, b[3] + by]
 }
 
@@ -217,7 +220,7 @@ pub fn sweep(camera: &RasterCamera, keys: &[KeyExtent], key_times: &[f32], grow_
 const ROUNDING_TIME: f32 = 1e-4;
 
 /// The part of a segment in which a box meets a rectangle.
-fn segment_meets([from, to]: [&[f32; 4]; 2], [x0, x1, y0, y1]: [f32; 4]) -> Option<TimeRange> {
+pub(super) fn segment_meets([from, to]: [&[f32; 4]; 2], [x0, x1, y0, y1]: [f32; 4]) -> Option<TimeRange> {
     let mut range = ALWAYS;
     // Each gap has to be at least 0.
     let gaps = |b: &[f32; 4]| [x1 - b[0], b[1] - x0, y1 - b[2], b[3] - y0];

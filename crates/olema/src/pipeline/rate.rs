@@ -7,6 +7,8 @@ use glam::Vec3;
 
 use crate::geometry::RasterCamera;
 
+use super::bound::{NOWHERE, grown, segment_meets, union};
+
 /// Segments the projected curve is measured with.
 const PROBES: usize = 8;
 
@@ -103,19 +105,21 @@ impl MeasuredKeys {
         visible.into_iter().chain([eye_depth(camera)])
     }
 
-    /// The length to dice for, of lengths at the keys: the largest, as long as it is not many times the smallest, or
-    /// not many times the median and not long.
-    fn wanted(&self, lengths: impl Iterator<Item = Option<f32>>) -> Option<f32> {
+    /// The length to dice for: the largest that is seen, as long as it is not many times what it is at most keys.
+    fn wanted(&self, camera: &RasterCamera, at_keys: &[Option<Measured>]) -> Option<f32> {
         let (mut sorted, mut num) = ([0.0f32; 5], 0);
-        for length in lengths.flatten() {
-            sorted[num] = length;
+        for measured in at_keys.iter().flatten() {
+            sorted[num] = measured.length;
             num += 1;
         }
         sorted[..num].sort_by(f32::total_cmp);
         let largest = *sorted[..num].last()?;
+        if at_keys.len() == 1 {
+            return Some(largest);
+        }
         let median = (sorted[(num - 1) / 2] + sorted[num / 2]) * 0.5;
-        let most = (MOST_OVER_MEDIAN * median).min(LONG_PX).max(MOST_OVER_SMALLEST * sorted[0]);
-        Some(largest.min(most))
+        let most = (MOST_OVER_MEDIAN * median).max(MOST_OVER_SMALLEST * sorted[0]);
+        Some(largest_seen(camera, at_keys).unwrap_or(sorted[0]).min(most))
     }
 }
 
@@ -126,9 +130,42 @@ const MOST_OVER_MEDIAN: f32 = 2.0;
 /// The same over its smallest length: what grows by more is blurred by nearly its own size.
 const MOST_OVER_SMALLEST: f32 = 4.0;
 
-/// A line that is longer than this for a moment and grows by more is not diced for that: a patch that leaves the frame
-/// at a slant may be drawn out to any length beside it.
-const LONG_PX: f32 = 256.0;
+/// The largest length while it may be in the frame, if it ever is: what leaves the frame at a slant may be drawn out to
+/// any length beside it. Between keys length and place change evenly.
+fn largest_seen(camera: &RasterCamera, at_keys: &[Option<Measured>]) -> Option<f32> {
+    let [width, height] = camera.frame_px;
+    let frame = [-BESIDE_PX, width + BESIDE_PX, -BESIDE_PX, height + BESIDE_PX];
+    let mut largest: Option<f32> = None;
+    for pair in at_keys.windows(2) {
+        let seen = match (&pair[0], &pair[1]) {
+            (Some(from), Some(to)) => {
+                let Some(part) = segment_meets([&from.reach, &to.reach], frame) else { continue };
+                let at = |part: f32| from.length + (to.length - from.length) * part;
+                at(part[0]).max(at(part[1]))
+            }
+            // On its way past the eye.
+            (Some(known), None) | (None, Some(known)) => known.length,
+            (None, None) => continue,
+        };
+        largest = Some(largest.unwrap_or(0.0).max(seen));
+    }
+    largest
+}
+
+/// What is so near the frame counts as if it were in it: filters are wide, and keys between those that are measured
+/// may be elsewhere.
+const BESIDE_PX: f32 = 64.0;
+
+/// A polyline at one key.
+#[derive(Debug, Clone, Copy)]
+struct Measured {
+    /// Projected length.
+    length: f32,
+    /// Length of its longest part.
+    longest: f32,
+    /// Box on the raster that holds it, circles of confusion included.
+    reach: [f32; 4],
+}
 
 /// How an edge is cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -156,19 +193,19 @@ pub fn rate(
     let probes = &probes[..keys.len];
     let side_px = fineness.side_px_of(camera, probes);
     for least_depth in keys.least_depths(camera) {
-        let mut lengths = [None; 5];
-        for (length, points) in lengths.iter_mut().zip(probes) {
-            *length = lengths_at(camera, least_depth, points);
+        let mut at_keys = [None; 5];
+        for (measured, points) in at_keys.iter_mut().zip(probes) {
+            *measured = measure(camera, least_depth, points);
         }
-        let lengths = &lengths[..keys.len];
-        let Some(wanted) = keys.wanted(lengths.iter().map(|length| length.map(|(total, _)| total))) else {
+        let at_keys = &at_keys[..keys.len];
+        let Some(wanted) = keys.wanted(camera, at_keys) else {
             continue;
         };
         // A curve of a segment or two is never worth halving.
-        let is_uneven = |&(total, longest): &(f32, f32)| {
-            total.min(wanted) / side_px > 2.0 && longest * PROBES as f32 > EVENNESS * total
+        let is_uneven = |line: &Measured| {
+            line.length.min(wanted) / side_px > 2.0 && line.longest * PROBES as f32 > EVENNESS * line.length
         };
-        if lengths.iter().flatten().any(is_uneven) {
+        if at_keys.iter().flatten().any(is_uneven) {
             return Rate::Uneven;
         }
         return Rate::Even((wanted / side_px).round().clamp(1.0, MAX_SEGMENTS) as u32);
@@ -200,23 +237,27 @@ fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
     (dx * dx + dy * dy).sqrt()
 }
 
-/// Projected length of a polyline and of its longest part; `None` where a point is less deep than `least_depth`.
-fn lengths_at(camera: &RasterCamera, least_depth: f32, points: &[Vec3]) -> Option<(f32, f32)> {
+/// Measures a polyline; `None` where a point is less deep than `least_depth`.
+fn measure(camera: &RasterCamera, least_depth: f32, points: &[Vec3]) -> Option<Measured> {
     let mut last: Option<[f32; 2]> = None;
-    let (mut total, mut longest) = (0.0f32, 0.0f32);
+    let mut measured = Measured { length: 0.0, longest: 0.0, reach: NOWHERE };
+    let mut depth = [f32::INFINITY, f32::NEG_INFINITY];
     for &p in points {
         if p.z.is_nan() || p.z < least_depth {
             return None;
         }
+        depth = [depth[0].min(p.z), depth[1].max(p.z)];
         let raster = camera.project(p);
+        measured.reach = union(&measured.reach, &[raster[0], raster[0], raster[1], raster[1]]);
         if let Some(last) = last {
             let length = distance(last, raster);
-            total += length;
-            longest = longest.max(length);
+            measured.length += length;
+            measured.longest = measured.longest.max(length);
         }
         last = Some(raster);
     }
-    total.is_finite().then_some((total, longest))
+    measured.reach = grown(measured.reach, camera.greatest_coc_px(depth));
+    measured.length.is_finite().then_some(measured)
 }
 
 /// Depth below which lengths are not measured. It lies well in front of the near plane, where nothing is drawn
@@ -241,15 +282,15 @@ pub fn inner_segments(
     let side_px = fineness.side_px_of(camera, points);
     [1, 5].map(|step| {
         for least_depth in keys.least_depths(camera) {
-            let lengths = points.iter().map(|points| {
+            let mut at_keys = [None; 5];
+            for (measured, points) in at_keys.iter_mut().zip(points) {
                 let lines = (1..4).map(|line| -> [Vec3; 5] {
                     std::array::from_fn(|ix| points[line * (6 - step) + ix * step])
                 });
-                lines
-                    .map(|line| even_length(camera, least_depth, &line))
-                    .try_fold(0.0, |most: f32, length| Some(most.max(length?)))
-            });
-            if let Some(wanted) = keys.wanted(lengths) {
+                let mut lines = lines.map(|line| measure_evenly(camera, least_depth, &line));
+                *measured = lines.next().flatten().and_then(|first| lines.try_fold(first, longer));
+            }
+            if let Some(wanted) = keys.wanted(camera, &at_keys[..points.len()]) {
                 return (wanted / side_px).min(MAX_SEGMENTS).round() as u32;
             }
         }
@@ -257,12 +298,19 @@ pub fn inner_segments(
     })
 }
 
+/// The longer of two lines, and the reach of both.
+fn longer(a: Measured, b: Option<Measured>) -> Option<Measured> {
+    let b = b?;
+    let longer = if b.length > a.length { b } else { a };
+    Some(Measured { reach: union(&a.reach, &b.reach), ..longer })
+}
+
 /// Segments where no length is defined: as many as a grid allows.
 const UNDEFINED_SEGMENTS: u32 = 16;
 
-/// Projected length of a polyline, at least as long as its longest part asks.
-fn even_length(camera: &RasterCamera, least_depth: f32, points: &[Vec3]) -> Option<f32> {
-    let (total, longest) = lengths_at(camera, least_depth, points)?;
-    let length = total.max(longest * (points.len() - 1) as f32 / EVENNESS);
-    length.is_finite().then_some(length)
+/// Measures a polyline that is at least as long as its longest part asks.
+fn measure_evenly(camera: &RasterCamera, least_depth: f32, points: &[Vec3]) -> Option<Measured> {
+    let line = measure(camera, least_depth, points)?;
+    let length = line.length.max(line.longest * (points.len() - 1) as f32 / EVENNESS);
+    length.is_finite().then_some(Measured { length, ..line })
 }

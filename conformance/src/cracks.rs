@@ -149,7 +149,7 @@ pub fn signed_hits(scene: &Scene, settings: &Settings, broken: Option<Broken>) -
     let mut drawn: Option<(RegionSamples, SignedCounts)> = None;
     let mut report = CrackReport::default();
     let sabotage = if let Some(Broken::Rule(rule)) = broken { Some(rule) } else { None };
-    let stats = grids(scene, settings, sabotage, |piece, grid, context| {
+    let stats = grids(scene, settings, sabotage, |piece, grid, _, context| {
         assert!(!grid.has_slow(), "a vertex at the near plane or beyond the guard band");
         report.count_piece(piece, grid);
         let (samples, counts) = drawn.get_or_insert_with(|| {

@@ -51,7 +51,7 @@ fn micropolygons_are_about_as_large_as_the_shading_rate_says() {
         for rate in [0.5f32, 1.0, 4.0] {
             let settings = Settings { shading_rate_scale: rate, ..small(320, 240, [1, 1]) };
             let (mut area, mut count) = (0.0, 0u64);
-            olema::engine::grids(scene, &settings, None, |_, grid, _| {
+            olema::engine::grids(scene, &settings, None, |_, grid, _, _| {
                 for mp in 0..grid.num_micropolygons() {
                     let [a, b, c, d] = grid.corners(mp).map(|v| [f64::from(grid.x[v]), f64::from(grid.y[v])]);
                     let twice = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {

@@ -15,6 +15,7 @@ use std::time::Instant;
 use conformance::creature::tube;
 use olema::pipeline::Grid;
 use olema::pipeline::piece::Sabotage;
+use olema::pipeline::shade::Colors;
 use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};
 use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
 use olema::scene::Attributes;
@@ -119,11 +120,11 @@ impl Canvas {
         }
     }
 
-    fn put_vertices(&mut self, grid: &Grid) {
+    fn put_vertices(&mut self, grid: &Grid, colors: &Colors) {
         for v in 0..grid.num_vertices() {
             let [x, y] = [grid.x[v] >> 8, grid.y[v] >> 8];
             if (0..self.size[0] as i32).contains(&x) && (0..self.size[1] as i32).contains(&y) {
-                self.color = grid.color.get(v).to_array();
+                self.color = colors.color.get(v).to_array();
                 self.put(y as usize * self.size[0] + x as usize, grid.depth[v]);
             }
         }
@@ -134,11 +135,12 @@ impl Canvas {
 struct Sink<'a> {
     canvas: &'a mut Canvas,
     grid: &'a Grid,
+    colors: &'a Colors,
 }
 
 impl HitSink for Sink<'_> {
     fn begin(&mut self, micropolygon: u32) {
-        self.canvas.color = self.grid.color.get(self.grid.corners(micropolygon as usize)[0]).to_array();
+        self.canvas.color = self.colors.color.get(self.grid.corners(micropolygon as usize)[0]).to_array();
     }
 
     fn hit(&mut self, sample_ix: usize, depth: f32, _triangle: u8, _sign: i8) {
@@ -155,14 +157,14 @@ fn pictures(dir: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let samples = RegionSamples::new(&pattern, Region::new(0, size[0] as i32, 0, size[1] as i32));
     let draw = |sabotage, nearest: bool| -> Result<Canvas, olema::Error> {
         let mut canvas = Canvas::new(size);
-        olema::engine::grids(&scene, &settings, sabotage, |_, grid, _| {
+        olema::engine::grids(&scene, &settings, sabotage, |_, grid, colors, _| {
             if nearest {
-                canvas.put_vertices(grid);
+                canvas.put_vertices(grid, colors);
                 return;
             }
             let (m, n) = (grid.m as usize, grid.n as usize);
             let view = GridView { m, n, x: &grid.x, y: &grid.y, depth: &grid.depth };
-            let mut sink = Sink { canvas: &mut canvas, grid };
+            let mut sink = Sink { canvas: &mut canvas, grid, colors };
             rasterize_grid(view, Facing::Any, None, &samples, &mut SampleCounts::default(), &mut sink);
         })?;
         Ok(canvas)

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use olema::occlusion::{CullKind, CullOrder, CullPlaces};
 use olema::sampling::Rasterizer;
+use olema::settings::Shade;
 
 use crate::model::ModelArgs;
 use crate::values::{Crop, FrameSet, ShadingTime, Shutter, Size, Tolerance};
@@ -113,6 +115,33 @@ pub struct RenderArgs {
     /// takes tiles of at most 8 pixels, and simple of 1, which it takes by itself.
     #[arg(long, value_name = "NAME")]
     pub rasterizer: Option<Rasterizer>,
+
+    /// How what is hidden is found: none, z, tz or slice; never changes the picture
+    ///
+    /// tz is a pyramid of depths over space and time (or the lens), z one without time, slice one a slice of time.
+    #[arg(long, value_name = "KIND", help_heading = "Culling")]
+    pub cull: Option<CullKind>,
+
+    /// Before which stages it is asked: split, dice and shade with commas between, or none
+    #[arg(long, value_name = "STAGES", help_heading = "Culling")]
+    pub cull_at: Option<CullPlaces>,
+
+    /// Side of the pyramid's leaves in pixels: 2, 4, 8 or 16
+    #[arg(long, value_name = "PX", value_parser = crate::values::parse_cull_leaf, help_heading = "Culling")]
+    pub cull_leaf: Option<u32>,
+
+    /// Slices of time or lens: 64, 16, 4 or 1
+    #[arg(long, value_name = "T", value_parser = crate::values::parse_cull_slices, help_heading = "Culling")]
+    pub cull_slices: Option<u32>,
+
+    /// What the slices order: time, lens, or auto for what blurs
+    #[arg(long, value_name = "WHAT", help_heading = "Culling")]
+    pub cull_order: Option<CullOrder>,
+
+    /// Which vertices of opaque surfaces are shaded: visible, all, or gelato (all of a grid that is seen when it is
+    /// drawn); never changes the picture
+    #[arg(long, value_name = "WHICH", help_heading = "Culling")]
+    pub shade: Option<Shade>,
 
     /// Models.
     #[command(flatten)]

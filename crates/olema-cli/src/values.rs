@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use clap::ValueEnum;
+use olema::occlusion::CullSettings;
 use olema::scene::Scheme;
 
 /// A rule of subdivision, by the name that OBJ files begin with.
@@ -141,6 +142,18 @@ pub fn parse_pattern_tile(s: &str) -> Result<u32, String> {
         .ok()
         .filter(|k| [1, 2, 3, 4, 8, 64].contains(k))
         .ok_or_else(|| "expected 1, 2, 3, 4, 8 or 64".to_owned())
+}
+
+/// One of [`CullSettings::LEAVES_PX`].
+pub fn parse_cull_leaf(s: &str) -> Result<u32, String> {
+    let leaf = s.parse().ok().filter(|px| CullSettings::LEAVES_PX.contains(px));
+    leaf.ok_or_else(|| "expected 2, 4, 8 or 16 (pixels)".to_owned())
+}
+
+/// One of [`CullSettings::SLICES`].
+pub fn parse_cull_slices(s: &str) -> Result<u32, String> {
+    let slices = s.parse().ok().filter(|num| CullSettings::SLICES.contains(num));
+    slices.ok_or_else(|| "expected 64, 16, 4 or 1".to_owned())
 }
 
 /// The squarest grid of `n` samples: `[n / a, a]` for the largest divisor a of n with a * a <= n.

@@ -6,7 +6,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use olema::occlusion::{Bounds, CullKind, CullPlan, CullSettings, DepthReads, Occluders};
+use olema::occlusion::{Blurred, Bounds, CullKind, CullPlan, CullSettings, DepthReads, Occluders};
 use olema::sampling::pattern::StratumBounds;
 use olema::sampling::{PatternSpec, Payload, Region, RegionSamples, SampleBuffer, SamplePattern};
 
@@ -40,7 +40,8 @@ impl Tile {
 
     fn occluders(&self, kind: CullKind, leaf_px: u32, slices: u32) -> Occluders {
         let settings = CullSettings { kind, leaf_px, slices, ..CullSettings::default() };
-        let plan = CullPlan::new(settings, &self.pattern, false).expect("it culls");
+        let plan = CullPlan::new(settings, &self.pattern, Blurred { moves: true, has_lens: false })
+            .expect("it culls");
         let mut occluders = Occluders::new(&plan);
         occluders.renew(&self.samples);
         occluders.drew([0, 63, 0, 63]);

@@ -1,8 +1,44 @@
 //! How a picture is made: everything that is not the scene.
 
+use std::fmt;
+use std::str::FromStr;
+
 use crate::error::Error;
 use crate::image::Filter;
+use crate::occlusion::CullSettings;
 use crate::sampling::Rasterizer;
+
+/// Which vertices of what is surely opaque are shaded; anything else is shaded before it is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Shade {
+    /// Those that a visible micropolygon uses, once it is known which these are.
+    #[default]
+    Visible,
+    /// All vertices of all grids, before they are sampled.
+    All,
+    /// All vertices of each grid of which any sample was kept when it was drawn: Gelato's way (Wexler et al. 2005).
+    Gelato,
+}
+
+impl Shade {
+    const WORDS: [(&'static str, Shade); 3] =
+        [("visible", Shade::Visible), ("all", Shade::All), ("gelato", Shade::Gelato)];
+}
+
+impl fmt::Display for Shade {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(Self::WORDS.iter().find(|(_, shade)| shade == self).map_or("", |(word, _)| *word))
+    }
+}
+
+impl FromStr for Shade {
+    type Err = String;
+
+    fn from_str(s: &str) -> Result<Self, String> {
+        let found = Self::WORDS.iter().find(|(word, _)| *word == s);
+        found.map(|(_, shade)| *shade).ok_or_else(|| "expected visible, all or gelato".to_owned())
+    }
+}
 
 /// Settings of one render. The picture depends on the fields of the first group; those of the second
 /// change speed, memory and the order of delivery, never a bit of the picture.
@@ -56,6 +92,10 @@ pub struct Settings {
     pub bucket: [u32; 2],
     /// Side of a raster tile in pixels; `None` picks one whose samples stay in cache.
     pub tile: Option<u32>,
+    /// Occlusion culling.
+    pub cull: CullSettings,
+    /// Which vertices are shaded.
+    pub shade: Shade,
     /// Most transparent records kept for a tile before its samples are peeled by depth.
     pub transparency_records: usize,
     /// Bytes for grids kept between tiles; beyond it they are made again.
@@ -88,6 +128,8 @@ impl Default for Settings {
             threads: 0,
             bucket: [64, 64],
             tile: None,
+            cull: CullSettings::default(),
+            shade: Shade::default(),
             transparency_records: 1 << 20,
             grid_cache: 256 << 20,
             picture_memory: 8 << 30,
@@ -187,6 +229,7 @@ impl Settings {
                 &format!("at most {most} with rasterizer {rasterizer}"),
             );
         }
+        self.cull.validate()?;
         if self.tile == Some(0) {
             return fail("tile", "0".to_owned(), "at least 1 pixel");
         }
@@ -197,6 +240,14 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words_of_shading_are_read_as_they_are_written() {
+        for (word, shade) in Shade::WORDS {
+            assert_eq!((shade.to_string().as_str(), word.parse()), (word, Ok(shade)));
+        }
+        assert_eq!("none".parse::<Shade>(), Err("expected visible, all or gelato".to_owned()));
+    }
 
     #[test]
     fn pattern_tiles_fit_the_rasterizer_or_both_are_named() {

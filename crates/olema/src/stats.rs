@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::occlusion::DepthReads;
+
 /// Counters and times of one render. Counts do not depend on the number of threads.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Stats {
@@ -30,8 +32,16 @@ pub struct Stats {
     pub area_histogram: [u64; 16],
     /// Vertices diced, those diced again included.
     pub diced_points: u64,
+    /// Of these, vertices diced again because their grids were not kept.
+    pub diced_points_again: u64,
     /// Vertices shaded, those shaded again included.
     pub shaded_points: u64,
+    /// Of these, vertices shaded only since the derivatives of a neighbour need them.
+    pub ring_points: u64,
+    /// Vertices of which the colour of a visible micropolygon is made.
+    pub visible_points: u64,
+    /// What occlusion culling did at its three places.
+    pub occlusion: Occlusion,
     /// Sample positions tested against a micropolygon.
     pub sample_tests: u64,
     /// Tests that hit.
@@ -59,6 +69,38 @@ pub struct Culled {
     pub backface: u64,
 }
 
+/// Occlusion culling.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Occlusion {
+    /// Before a sub-patch is split.
+    pub split: OcclusionAt,
+    /// Before one is diced.
+    pub dice: OcclusionAt,
+    /// Before a grid is shaded.
+    pub shade: OcclusionAt,
+    /// Most bytes that the pyramids of one tile took.
+    pub pyramid_bytes: u64,
+}
+
+/// Occlusion culling at one place.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct OcclusionAt {
+    /// Questions.
+    pub queries: u64,
+    /// Those answered with "hidden".
+    pub hidden: u64,
+    /// Depths read to answer them.
+    pub reads: DepthReads,
+}
+
+impl std::ops::AddAssign for OcclusionAt {
+    fn add_assign(&mut self, other: Self) {
+        self.queries += other.queries;
+        self.hidden += other.hidden;
+        self.reads += other.reads;
+    }
+}
+
 /// Seconds per stage.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Seconds {
@@ -70,6 +112,8 @@ pub struct Seconds {
     pub split: f64,
     /// Dice.
     pub dice: f64,
+    /// Ask what is hidden.
+    pub cull: f64,
     /// Shade.
     pub shade: f64,
     /// Sample.
@@ -96,7 +140,11 @@ impl Stats {
             micropolygons,
             area_histogram,
             diced_points,
+            diced_points_again,
             shaded_points,
+            ring_points,
+            visible_points,
+            occlusion,
             sample_tests,
             sample_hits,
             ste: _,
@@ -121,7 +169,14 @@ impl Stats {
             *mine += theirs;
         }
         self.diced_points += diced_points;
+        self.diced_points_again += diced_points_again;
         self.shaded_points += shaded_points;
+        self.ring_points += ring_points;
+        self.visible_points += visible_points;
+        self.occlusion.split += occlusion.split;
+        self.occlusion.dice += occlusion.dice;
+        self.occlusion.shade += occlusion.shade;
+        self.occlusion.pyramid_bytes = self.occlusion.pyramid_bytes.max(occlusion.pyramid_bytes);
         self.sample_tests += sample_tests;
         self.sample_hits += sample_hits;
         self.peels += peels;
@@ -130,6 +185,7 @@ impl Stats {
         self.seconds.connect += seconds.connect;
         self.seconds.split += seconds.split;
         self.seconds.dice += seconds.dice;
+        self.seconds.cull += seconds.cull;
         self.seconds.shade += seconds.shade;
         self.seconds.sample += seconds.sample;
         self.seconds.resolve += seconds.resolve;

@@ -39,6 +39,13 @@ pub fn settings(args: &RenderArgs, scene: Settings) -> Result<Settings, Failure>
     settings.pattern_tile = args.tile.or(settings.pattern_tile);
     settings.permutations = args.permutations.unwrap_or(settings.permutations);
     settings.rasterizer = args.rasterizer.unwrap_or(settings.rasterizer);
+    let cull = &mut settings.cull;
+    cull.kind = args.cull.unwrap_or(cull.kind);
+    cull.at = args.cull_at.unwrap_or(cull.at);
+    cull.leaf_px = args.cull_leaf.unwrap_or(cull.leaf_px);
+    cull.slices = args.cull_slices.unwrap_or(cull.slices);
+    cull.order = args.cull_order.unwrap_or(cull.order);
+    settings.shade = args.shade.unwrap_or(settings.shade);
     settings.motion_factor = args.motion_factor.or(settings.motion_factor);
     settings.focus_factor = args.focus_factor.or(settings.focus_factor);
     settings.shading_time = args.shading_time.map_or(settings.shading_time, ShadingTime::part);

@@ -9,8 +9,8 @@ use crate::pipeline::bound::{Bound, bound};
 use crate::pipeline::dice::{Diced, dice};
 use crate::pipeline::piece::{Piece, Sabotage};
 use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, filter_pixels};
-use crate::pipeline::sample::{DrawContext, GridSlots, SlotsFull, TileBuffers};
-use crate::pipeline::shade::shade;
+use crate::pipeline::sample::{DrawContext, GridSlots, SlotsFull, TileBuffers, UsedVertices};
+use crate::pipeline::shade::{Colors, ShadedGrid};
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{RegionSamples, SampleBuffer, TransparentRecords};
@@ -83,22 +83,24 @@ impl<'a> Bench<'a> {
         dice(&self.frame.displace_context(context, &corrections), piece)
     }
 
-    fn shade_one(&self, diced: Diced) -> Grid {
+    fn shade_one(&self, diced: Diced) -> (Arc<ShadedGrid>, Arc<Colors>) {
         let ix = diced.grid.key.primitive as usize;
         let surface = self.frame.scene.primitives[ix].attributes.surface.as_ref();
-        shade(diced, surface, &self.frame.lights[ix])
+        let grid = Arc::new(ShadedGrid::new(diced, surface));
+        let (colors, _) = grid.shade_all(self.frame.shader(ix));
+        (grid, colors)
     }
 
     /// Shades grids.
-    pub fn shade(&self, diced: Vec<Diced>) -> Vec<Arc<Grid>> {
-        diced.into_iter().map(|diced| Arc::new(self.shade_one(diced))).collect()
+    pub fn shade(&self, diced: Vec<Diced>) -> Vec<(Arc<ShadedGrid>, Arc<Colors>)> {
+        diced.into_iter().map(|diced| self.shade_one(diced)).collect()
     }
 
     /// Draws opaque grids, the whole frame as one tile.
     ///
     /// # Errors
     /// [`SlotsFull`] where there are more grids than a tile can name.
-    pub fn sample(&self, grids: &[Arc<Grid>]) -> Result<TileBuffers, SlotsFull> {
+    pub fn sample(&self, grids: &[(Arc<ShadedGrid>, Arc<Colors>)]) -> Result<TileBuffers, SlotsFull> {
         let frame = &self.frame;
         let region = frame.tiles.sample_region(frame.tiles.window);
         let mut buffers = TileBuffers {
@@ -106,10 +108,11 @@ impl<'a> Bench<'a> {
             nearest: SampleBuffer::new(region, frame.pattern.samples_per_pixel() as usize),
             transparent: TransparentRecords::new(frame.settings.transparency_records),
             slots: GridSlots::default(),
+            used: UsedVertices::default(),
             counts: SampleCounts::default(),
         };
-        for grid in grids {
-            buffers.draw(&frame.draw_context(), grid)?;
+        for (grid, colors) in grids {
+            buffers.draw(&frame.draw_context(), grid, Some(colors))?;
         }
         Ok(buffers)
     }
@@ -135,16 +138,16 @@ pub fn grids(
     scene: &Scene,
     settings: &Settings,
     sabotage: Option<Sabotage>,
-    mut visit: impl FnMut(&Piece, &Grid, &DrawContext),
+    mut visit: impl FnMut(&Piece, &Grid, &Colors, &DrawContext),
 ) -> Result<Stats, Error> {
     let bench = Bench::broken(scene, settings, sabotage)?;
     let mut stats = bench.stats.clone();
     let (context, draw) = (bench.frame.context(), bench.frame.draw_context());
     bench.each_piece(&context, |piece| {
-        let grid = bench.shade_one(bench.dice_one(&context, piece));
+        let (shaded, colors) = bench.shade_one(bench.dice_one(&context, piece));
         stats.grids += 1;
-        stats.micropolygons += grid.num_micropolygons() as u64;
-        visit(piece, &grid, &draw);
+        stats.micropolygons += shaded.grid.num_micropolygons() as u64;
+        visit(piece, &shaded.grid, &colors, &draw);
     });
     Ok(stats)
 }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::geometry::RasterCamera;
+use crate::occlusion::{Blurred, CullPlan};
 use crate::pipeline::bound::{Bound, Unseen, bound};
 use crate::pipeline::connect::connect;
 use crate::pipeline::dice::PrimitiveInfo;
@@ -21,6 +22,7 @@ use crate::pipeline::piece::{Piece, Sabotage};
 use crate::pipeline::rate::Fineness;
 use crate::pipeline::resolve::FilterTable;
 use crate::pipeline::sample::DrawContext;
+use crate::pipeline::shade::Shader;
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::pipeline::{EdgeTable, PatchTable};
 use crate::sampling::{LensShape, PatternSpec, Region, SamplePattern, ShutterShape, TupleTimes};
@@ -64,6 +66,8 @@ pub(super) struct FrameData<'a> {
     pub times: Vec<TupleTimes>,
     pub filter: FilterTable,
     pub tiles: Tiles,
+    /// How what is hidden is found; `None` where it is not looked for.
+    pub cull: Option<CullPlan>,
     /// A rule to break on purpose; `None` outside tests.
     sabotage: Option<Sabotage>,
 }
@@ -107,6 +111,8 @@ impl<'a> FrameData<'a> {
             ..PatternSpec::default()
         });
         let filter = FilterTable::new(settings.filter, &pattern);
+        let blur = Blurred { moves: patches.times.any_moves(), has_lens: camera.lens.is_some() };
+        let cull = CullPlan::new(settings.cull, &pattern, blur);
         let times = patches.times.sets.iter().map(|set| TupleTimes::new(&pattern, set)).collect();
         stats.primitives = scene.primitives.len() as u64;
         stats.patches = patches.patches.len() as u64;
@@ -126,6 +132,7 @@ impl<'a> FrameData<'a> {
             pattern,
             times,
             filter,
+            cull,
             sabotage,
         }
     }
@@ -160,9 +167,17 @@ impl<'a> FrameData<'a> {
         self.camera.lens.is_some() || self.patches.times.any_moves()
     }
 
-    /// How many tiles something that is bounded meets.
-    pub fn num_touched(&self, bounds: &Bound) -> u32 {
-        self.tiles.touched(bounds).count() as u32
+    /// The last tile that something that is bounded meets, if it meets several.
+    pub fn last_of_several_tiles(&self, bounds: &Bound) -> Option<usize> {
+        let mut touched = self.tiles.touched(bounds);
+        touched.next()?;
+        touched.last()
+    }
+
+    /// What shades a primitive.
+    pub fn shader(&self, primitive_ix: usize) -> Shader<'_> {
+        let surface = self.scene.primitives[primitive_ix].attributes.surface.as_ref();
+        Shader { surface, lights: &self.lights[primitive_ix] }
     }
 
     /// What dicing reads.

@@ -7,6 +7,7 @@ mod bench;
 mod cache;
 mod frame;
 mod output;
+mod queue;
 mod tile;
 
 pub use bench::{Bench, grids};
@@ -156,7 +157,7 @@ impl Renderer {
         hooks.report("split", 0, 1);
         let filed = data.file(hooks, &mut stats).ok_or(Error::Cancelled)?;
         hooks.report("split", 1, 1);
-        let cache = cache::GridCache::new(self.settings.grid_cache);
+        let cache = cache::GridCache::new(self.settings.grid_cache, data.tiles.len());
         let shared = Mutex::new((output, stats, None, Corrections::default()));
         let (next, num_tiles) = (AtomicUsize::new(0), data.tiles.len());
         let done = AtomicUsize::new(0);

@@ -1,30 +1,36 @@
 //! One tile: what may be seen in it is split, diced, shaded and drawn, nearest first, then resolved.
 
 use std::cell::RefCell;
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
 use std::sync::Arc;
 
 use crate::error::Error;
+use crate::occlusion::{CullPlan, Occluders};
 use crate::pipeline::bound::{Bound, bound};
 use crate::pipeline::dice::dice;
 use crate::pipeline::displace::Corrections;
 use crate::pipeline::piece::{Piece, PieceKind};
 use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, composite_pass, filter_pixels};
-use crate::pipeline::sample::{GridSlots, TileBuffers};
-use crate::pipeline::shade::shade;
+use crate::pipeline::sample::{GridSlots, TileBuffers, UsedVertices};
+use crate::pipeline::shade::{Colors, ShadedCount, ShadedGrid};
 use crate::pipeline::split::{Fate, SplitContext};
+use crate::pipeline::sweep::Sweep;
 use crate::pipeline::{Grid, GridKey};
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
-use crate::stats::Stats;
+use crate::settings::Shade;
+use crate::stats::{Occlusion, OcclusionAt, Stats};
 
 use super::cache::{GridCache, Lookup};
 use super::frame::{Filed, FrameData, MOST_AT_EYE, Source, count_unseen, weight_at_eye};
+use super::queue::{Queue, Work};
 use super::{Hooks, Stopwatch};
 
 /// Grids drawn between two looks for grids that nothing needs any more.
 const DRAWN_BETWEEN_CLEANUPS: usize = 4096;
+
+/// Bytes of a vertex's shading variables and colours, and of its place at one motion key.
+const VERTEX_BYTES: u64 = 8 * 12 + 6 * 4 + 12;
+const KEY_BYTES: u64 = 16;
 
 /// A pixel whose filter finds nothing.
 const EMPTY_PIXEL: Pixel = [0.0, 0.0, 0.0, 0.0, f32::INFINITY];
@@ -37,6 +43,8 @@ pub(super) struct TileWorker<'a> {
     cache: &'a GridCache,
     hooks: &'a Hooks<'a>,
     buffers: TileBuffers,
+    /// What is known to be hidden; `None` where nobody asks.
+    occluders: Option<Occluders>,
     colors: Vec<SampleColor>,
     pub corrections: RefCell<Corrections>,
     pub stats: Stats,
@@ -63,6 +71,7 @@ impl<'a> TileWorker<'a> {
             nearest: SampleBuffer::new(nothing, samples_per_pixel),
             transparent: TransparentRecords::new(frame.settings.transparency_records),
             slots: GridSlots::default(),
+            used: UsedVertices::default(),
             counts: SampleCounts::default(),
         };
         TileWorker {
@@ -72,6 +81,7 @@ impl<'a> TileWorker<'a> {
             cache,
             hooks,
             buffers,
+            occluders: frame.cull.as_ref().map(Occluders::new),
             colors: Vec::new(),
             corrections: RefCell::default(),
             stats: Stats::default(),
@@ -87,6 +97,12 @@ impl<'a> TileWorker<'a> {
             return Err(Error::Cancelled);
         }
         let interior = self.frame.tiles.interior(tile);
+        let pixels = self.draw_whole(tile, interior);
+        self.cache.finished(tile);
+        pixels
+    }
+
+    fn draw_whole(&mut self, tile: usize, interior: Region) -> Result<Vec<Pixel>, Error> {
         if self.filed.of_tile(tile).next().is_none() {
             let mut pixels = vec![EMPTY_PIXEL; interior.num_pixels()];
             self.finish(&mut pixels);
@@ -136,6 +152,12 @@ impl<'a> TileWorker<'a> {
         self.buffers.nearest.renew(region);
         self.buffers.transparent.renew();
         self.buffers.slots.clear();
+        self.buffers.used.clear();
+        if let Some(occluders) = &mut self.occluders {
+            occluders.renew(&self.buffers.samples);
+            let most = &mut self.stats.occlusion.pyramid_bytes;
+            *most = (*most).max(occluders.bytes() as u64);
+        }
         self.buffers.counts = SampleCounts::default();
         self.colors.clear();
         self.colors.resize(self.buffers.samples.len(), SampleColor::EMPTY);
@@ -150,6 +172,7 @@ impl<'a> TileWorker<'a> {
             }
             self.stats.peels += 1;
         }
+        self.shade_used();
         let watch = Stopwatch::new(self.hooks);
         composite_opaque(&self.frame.draw_context(), &self.buffers, &mut self.colors);
         self.stats.seconds.resolve += watch.seconds();
@@ -162,26 +185,21 @@ impl<'a> TileWorker<'a> {
 
     /// Takes the tile's pieces nearest first, and cuts or draws each.
     fn pass(&mut self, tile: usize, region: Region) -> Result<(), Stop> {
-        let frame = self.frame;
-        let mut queue = BinaryHeap::new();
-        for entry in self.filed.of_tile(tile) {
-            queue.push(Queued { near: entry.near, work: Work::Filed(entry.source) });
-        }
+        let mut queue = Queue::new(self.filed.of_tile(tile));
         let (mut drawn, mut at_eye) = (0, 0);
-        while let Some(Queued { work, .. }) = queue.pop() {
+        while let Some(work) = queue.pop() {
             if self.hooks.is_cancelled() {
                 return Err(Stop::Cancelled);
             }
             let watch = Stopwatch::new(self.hooks);
-            let piece = match work {
-                Work::Filed(Source::Patch(patch)) => self.context.whole(patch),
-                Work::Filed(Source::Piece(ix)) => self.filed.pieces[ix as usize],
-                Work::Piece(piece) => *piece,
-            };
-            let Some(bounds) = count_unseen(bound(&self.context, &piece, &region), &mut self.stats) else {
+            let Some((piece, bounds)) = self.bounded(work, region) else {
                 self.stats.seconds.split += watch.seconds();
                 continue;
             };
+            self.stats.seconds.split += watch.seconds();
+            if self.is_hidden_before_cut(&piece, &bounds) {
+                continue;
+            }
             at_eye += weight_at_eye(&bounds);
             if at_eye > MOST_AT_EYE {
                 let warning =
@@ -191,20 +209,21 @@ impl<'a> TileWorker<'a> {
                 }
                 continue;
             }
+            let watch = Stopwatch::new(self.hooks);
             match self.context.fate(&piece) {
                 Fate::Split(halves) => {
                     self.stats.splits += 1;
                     for half in halves {
-                        queue.push(Queued { near: bounds.depth[0], work: Work::Piece(Box::new(half)) });
+                        let bounds = bound(&self.context, &half, &region);
+                        if let Some(bounds) = count_unseen(bounds, &mut self.stats) {
+                            queue.push(half, bounds);
+                        }
                     }
                     self.stats.seconds.split += watch.seconds();
                 }
                 Fate::Dice(piece) => {
                     self.stats.seconds.split += watch.seconds();
-                    let grid = self.grid(&piece, &bounds);
-                    let watch = Stopwatch::new(self.hooks);
-                    self.buffers.draw(&frame.draw_context(), &grid).map_err(|_| Stop::SlotsFull)?;
-                    self.stats.seconds.sample += watch.seconds();
+                    self.draw_piece(&piece, &bounds)?;
                     drawn += 1;
                     if drawn % DRAWN_BETWEEN_CLEANUPS == 0 {
                         self.buffers.drop_hidden_grids();
@@ -215,46 +234,139 @@ impl<'a> TileWorker<'a> {
         Ok(())
     }
 
+    /// A piece from the queue, and where it can be.
+    fn bounded(&mut self, work: Work, region: Region) -> Option<(Piece, Bound)> {
+        let piece = match work {
+            Work::Piece(bounded) => return Some(*bounded),
+            Work::Filed(Source::Patch(patch)) => self.context.whole(patch),
+            Work::Filed(Source::Piece(ix)) => self.filed.pieces[ix as usize],
+        };
+        let bounds = count_unseen(bound(&self.context, &piece, &region), &mut self.stats)?;
+        Some((piece, bounds))
+    }
+
+    /// Whether a piece is hidden before it is split (where that is what surely comes) or diced.
+    fn is_hidden_before_cut(&mut self, piece: &Piece, bounds: &Bound) -> bool {
+        let Some(places) = self.frame.cull.as_ref().map(|plan: &CullPlan| plan.settings().at) else {
+            return false;
+        };
+        if self.context.is_surely_split(piece) {
+            places.split && self.is_hidden(&bounds.sweep, |occlusion| &mut occlusion.split)
+        } else {
+            places.dice && self.is_hidden(&bounds.sweep, |occlusion| &mut occlusion.dice)
+        }
+    }
+
+    /// Whether a grid is hidden before it is shaded, now that it is known where its vertices are.
+    fn is_hidden_before_shading(&mut self, grid: &Grid) -> bool {
+        let places = self.frame.cull.as_ref().map(|plan| plan.settings().at);
+        places.is_some_and(|places| places.shade)
+            && self.is_hidden(&grid.sweep, |occlusion| &mut occlusion.shade)
+    }
+
+    fn is_hidden(&mut self, sweep: &Sweep, place: fn(&mut Occlusion) -> &mut OcclusionAt) -> bool {
+        let Some(occluders) = &mut self.occluders else { return false };
+        let watch = Stopwatch::new(self.hooks);
+        let at = place(&mut self.stats.occlusion);
+        let TileBuffers { samples, nearest, .. } = &mut self.buffers;
+        let is_hidden = occluders.is_occluded(samples, nearest, |range| sweep.over(range), &mut at.reads);
+        at.queries += 1;
+        at.hidden += u64::from(is_hidden);
+        self.stats.seconds.cull += watch.seconds();
+        is_hidden
+    }
+
+    /// Draws what a piece is diced to, shaded first where its opacity is not known without.
+    fn draw_piece(&mut self, piece: &Piece, bounds: &Bound) -> Result<(), Stop> {
+        let grid = self.grid(piece, bounds);
+        if self.is_hidden_before_shading(&grid.grid) {
+            return Ok(());
+        }
+        let way = self.frame.settings.shade;
+        let colors = (way == Shade::All || !grid.surely_opaque).then(|| self.shade_all(&grid));
+        let watch = Stopwatch::new(self.hooks);
+        let drawn = self.buffers.draw(&self.frame.draw_context(), &grid, colors.as_ref());
+        self.stats.seconds.sample += watch.seconds();
+        let Some(slot) = drawn.map_err(|_| Stop::SlotsFull)? else { return Ok(()) };
+        if let Some(occluders) = &mut self.occluders {
+            occluders.drew(grid.grid.sweep.whole().map(|px| px.floor().clamp(-2e9, 2e9) as i32));
+        }
+        if way == Shade::Gelato && grid.surely_opaque {
+            let colors = self.shade_all(&grid);
+            self.buffers.slots.set_colors(slot, colors);
+        }
+        Ok(())
+    }
+
+    fn shade_all(&mut self, grid: &ShadedGrid) -> Arc<Colors> {
+        let watch = Stopwatch::new(self.hooks);
+        let (colors, count) = grid.shade_all(self.frame.shader(grid.grid.key.primitive as usize));
+        self.count_shaded(count);
+        self.stats.seconds.shade += watch.seconds();
+        colors
+    }
+
+    /// Shades what visible micropolygons use, as far as it is not yet.
+    fn shade_used(&mut self) {
+        let watch = Stopwatch::new(self.hooks);
+        self.buffers.note_used();
+        let used = std::mem::take(&mut self.buffers.used);
+        for (slot, vertices) in used.iter() {
+            let Some(grid) = self.buffers.slots.grid(slot).cloned() else { continue };
+            self.stats.visible_points += grid.note_seen(vertices);
+            if grid.surely_opaque && self.frame.settings.shade == Shade::Visible {
+                let shader = self.frame.shader(grid.grid.key.primitive as usize);
+                let (colors, count) = grid.shade_some(vertices, shader);
+                self.count_shaded(count);
+                self.buffers.slots.set_colors(slot, colors);
+            }
+        }
+        self.buffers.used = used;
+        self.stats.seconds.shade += watch.seconds();
+    }
+
+    fn count_shaded(&mut self, count: ShadedCount) {
+        self.stats.shaded_points += count.points;
+        self.stats.ring_points += count.ring;
+    }
+
     /// The grid of a piece, made here or by another tile.
-    fn grid(&mut self, piece: &Piece, bounds: &Bound) -> Arc<Grid> {
+    fn grid(&mut self, piece: &Piece, bounds: &Bound) -> Arc<ShadedGrid> {
         let PieceKind::Lattice { i, j, .. } = piece.kind else {
             unreachable!("only pieces with a lattice are diced");
+        };
+        let Some(last_tile) = self.frame.last_of_several_tiles(bounds) else {
+            return self.make(piece, false);
         };
         let patch = &self.frame.patches.patches[piece.patch as usize];
         let key =
             GridKey { primitive: patch.primitive, patch: piece.patch, path: piece.path, block: [i[0], j[0]] };
         let num_vertices = (u64::from(i[1] - i[0]) + 1) * (u64::from(j[1] - j[0]) + 1);
         let num_keys = self.frame.patches.num_keys(piece.patch) as u64;
-        let bytes = num_vertices * (24 + 16 * num_keys) + size_of::<Grid>() as u64;
-        match self.cache.look_up(&key, self.frame.num_touched(bounds), bytes) {
-            Lookup::Shared(shared) => Arc::clone(shared.get_or_init(|| self.make(piece))),
-            Lookup::Alone { again } => {
-                self.stats.grids_again += u64::from(again);
-                self.make(piece)
-            }
+        let bytes = num_vertices * (VERTEX_BYTES + KEY_BYTES * num_keys) + size_of::<ShadedGrid>() as u64;
+        match self.cache.look_up(&key, last_tile, bytes) {
+            Lookup::Shared(shared) => Arc::clone(shared.get_or_init(|| self.make(piece, false))),
+            Lookup::Alone { again } => self.make(piece, again),
         }
     }
 
-    fn make(&mut self, piece: &Piece) -> Arc<Grid> {
+    fn make(&mut self, piece: &Piece, again: bool) -> Arc<ShadedGrid> {
         let frame = self.frame;
         let watch = Stopwatch::new(self.hooks);
         let primitive_ix = frame.patches.patches[piece.patch as usize].primitive as usize;
-        let primitive = &frame.scene.primitives[primitive_ix];
         let context = &self.context;
         let diced = dice(&frame.displace_context(context, &self.corrections), piece);
         let stats = &mut self.stats;
+        let num_vertices = diced.grid.num_vertices() as u64;
         stats.grids += 1;
         stats.micropolygons += diced.grid.num_micropolygons() as u64;
-        stats.diced_points += diced.grid.num_vertices() as u64;
+        stats.diced_points += num_vertices;
+        stats.grids_again += u64::from(again);
+        stats.diced_points_again += if again { num_vertices } else { 0 };
         stats.eye_edges += piece.sides.iter().filter(|side| context.stops_at_eye(side)).count() as u64;
         count_areas(&diced.grid, &mut stats.area_histogram);
+        let grid = ShadedGrid::new(diced, frame.shader(primitive_ix).surface);
         stats.seconds.dice += watch.seconds();
-        let watch = Stopwatch::new(self.hooks);
-        if !diced.grid.look.matte {
-            stats.shaded_points += diced.grid.num_vertices() as u64;
-        }
-        let grid = shade(diced, primitive.attributes.surface.as_ref(), &frame.lights[primitive_ix]);
-        stats.seconds.shade += watch.seconds();
         Arc::new(grid)
     }
 
@@ -281,37 +393,5 @@ fn count_areas(grid: &Grid, histogram: &mut [u64; 16]) {
         let doubled = twice(a, b, c) + twice(a, c, d);
         let bin = if doubled == 0 { 0 } else { (doubled.ilog2() as i32 - 17 + 8).clamp(0, 15) };
         histogram[bin as usize] += 1;
-    }
-}
-
-/// Something to do, nearest first.
-struct Queued {
-    near: f32,
-    work: Work,
-}
-
-enum Work {
-    Filed(Source),
-    Piece(Box<Piece>),
-}
-
-impl PartialEq for Queued {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Queued {}
-
-impl PartialOrd for Queued {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Queued {
-    fn cmp(&self, other: &Self) -> Ordering {
-        // The heap's greatest is the nearest.
-        other.near.total_cmp(&self.near)
     }
 }

@@ -133,6 +133,13 @@ impl RasterCamera {
         self.lens.map_or(0.0, |lens| of(lens)[0].max(of(lens)[1]))
     }
 
+    /// Least and greatest signed radius of the circles of confusion between two depths, in pixels, as far as these are
+    /// above 0.
+    pub fn coc_range_px(&self, depth: [f32; 2]) -> [f32; 2] {
+        // The radius grows with the depth.
+        self.lens.map_or([0.0; 2], |lens| depth.map(|z| lens.coc_px(z.max(f32::MIN_POSITIVE))))
+    }
+
     /// Sizes of the circles of confusion along x and y, of which the larger is 1.
     pub fn lens_scale(&self) -> [f64; 2] {
         let [x, y] = self.scale.map(|s| f64::from(s.abs()));

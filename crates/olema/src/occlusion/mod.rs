@@ -14,7 +14,7 @@
 //! picture. A pyramid that was not updated yet only knows less: its depths are too far, never too near.
 //!
 //! ```text
-//! frame:  plan = CullPlan::new(settings, pattern, has_lens)
+//! frame:  plan = CullPlan::new(settings, pattern, blur)
 //! thread: occluders = Occluders::new(&plan)
 //! tile:   occluders.renew(&samples)
 //!         for each piece, nearest first:
@@ -30,7 +30,7 @@ pub mod query;
 pub mod settings;
 pub mod slices;
 
-pub use occluders::{CullPlan, Occluders};
+pub use occluders::{Blurred, CullPlan, Occluders};
 pub use pyramid::TzPyramid;
 pub use query::{Bounds, DepthReads};
 pub use settings::{CullKind, CullOrder, CullPlaces, CullSettings};

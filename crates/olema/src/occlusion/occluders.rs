@@ -14,6 +14,15 @@ use super::query::{Bounds, DepthReads};
 use super::settings::{CullKind, CullOrder, CullSettings};
 use super::slices::{SliceOrder, Slices};
 
+/// Why something may be seen at different places by different samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Blurred {
+    /// Something moves.
+    pub moves: bool,
+    /// The camera has a lens.
+    pub has_lens: bool,
+}
+
 /// What all tiles of a frame share.
 #[derive(Debug, Clone)]
 pub struct CullPlan {
@@ -22,23 +31,22 @@ pub struct CullPlan {
 }
 
 impl CullPlan {
-    /// The plan; `None` where nothing is to be culled. Settings are taken to be valid. Without a lens, time is
-    /// what [`CullOrder::Auto`] orders by.
-    pub fn new(settings: CullSettings, pattern: &SamplePattern, has_lens: bool) -> Option<Self> {
+    /// The plan; `None` where nothing is to be culled. Settings are taken to be valid. [`CullOrder::Auto`] orders by
+    /// what blurs; where nothing does, one slice is as good as many.
+    pub fn new(settings: CullSettings, pattern: &SamplePattern, blur: Blurred) -> Option<Self> {
         let places = settings.at;
         if settings.kind == CullKind::None || !(places.split || places.dice || places.shade) {
             return None;
         }
+        let num_slices = if blur.moves || blur.has_lens { settings.num_slices() } else { 1 };
         let orders: &[SliceOrder] = match settings.order {
-            _ if settings.num_slices() == 1 => &[SliceOrder::Time],
-            CullOrder::Auto if has_lens => &[SliceOrder::Time, SliceOrder::Lens],
+            _ if num_slices == 1 => &[SliceOrder::Time],
+            CullOrder::Auto if blur.has_lens && blur.moves => &[SliceOrder::Time, SliceOrder::Lens],
+            CullOrder::Auto if blur.has_lens => &[SliceOrder::Lens],
             CullOrder::Lens => &[SliceOrder::Lens],
             CullOrder::Time | CullOrder::Auto => &[SliceOrder::Time],
         };
-        let slices = orders
-            .iter()
-            .map(|&order| Arc::new(Slices::new(pattern, order, settings.num_slices())))
-            .collect();
+        let slices = orders.iter().map(|&order| Arc::new(Slices::new(pattern, order, num_slices))).collect();
         Some(CullPlan { settings, slices })
     }
 

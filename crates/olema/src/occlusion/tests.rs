@@ -311,7 +311,8 @@ fn what_is_blurred_behind_a_blurred_occluder_is_hidden_by_lens() {
     {
         for order in [CullOrder::Time, CullOrder::Lens, CullOrder::Auto] {
             let settings = CullSettings { slices: 4, leaf_px: 2, order, ..CullSettings::default() };
-            let plan = CullPlan::new(settings, &tile.pattern, true).expect("it culls");
+            let plan = CullPlan::new(settings, &tile.pattern, Blurred { moves: true, has_lens: true })
+                .expect("it culls");
             let mut occluders = Occluders::new(&plan);
             occluders.renew(&tile.samples);
             let mut reads = DepthReads::default();
@@ -412,7 +413,8 @@ fn a_plan_keeps_as_many_pyramids_as_it_needs() {
     let pattern = SamplePattern::new(PatternSpec::default());
     let num = |kind, order, has_lens| {
         let settings = CullSettings { kind, order, ..CullSettings::default() };
-        CullPlan::new(settings, &pattern, has_lens).map_or(0, |plan| Occluders::new(&plan).num_pyramids())
+        CullPlan::new(settings, &pattern, Blurred { moves: true, has_lens })
+            .map_or(0, |plan| Occluders::new(&plan).num_pyramids())
     };
     assert_eq!(num(CullKind::None, CullOrder::Auto, true), 0);
     assert_eq!(num(CullKind::Z, CullOrder::Auto, true), 1);
@@ -420,5 +422,12 @@ fn a_plan_keeps_as_many_pyramids_as_it_needs() {
     assert_eq!(num(CullKind::Tz, CullOrder::Auto, true), 2);
     assert_eq!(num(CullKind::Slice, CullOrder::Lens, true), 1);
     let nowhere = CullPlaces { split: false, dice: false, shade: false };
-    assert!(CullPlan::new(CullSettings { at: nowhere, ..CullSettings::default() }, &pattern, true).is_none());
+    assert!(
+        CullPlan::new(
+            CullSettings { at: nowhere, ..CullSettings::default() },
+            &pattern,
+            Blurred { moves: true, has_lens: true }
+        )
+        .is_none()
+    );
 }

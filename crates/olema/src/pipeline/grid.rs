@@ -5,11 +5,10 @@ use std::cmp::Ordering;
 use glam::Vec3;
 
 use crate::geometry::RasterCamera;
-use crate::math::Vec3s;
 use crate::sampling::Region;
 use crate::scene::{ShadingInterpolation, Sides};
 
-use super::bound::{KeyExtent, Sweep, TimeRange, sweep};
+use super::sweep::{Extent, KeyExtent, Sweep, TimeRange, sweep};
 
 /// More than the rounding of positions: each of their terms is rounded to 1/256 of a pixel.
 const ROUNDING_PX: f32 = 1.0 / 64.0;
@@ -53,10 +52,6 @@ pub struct Grid {
     pub coc: Vec<i32>,
     /// Vertices on the slow path.
     pub slow: SlowVertices,
-    /// Colour and opacity of the vertices, once shaded.
-    pub color: Vec3s,
-    /// Opacity; empty where all of it is 1.
-    pub opacity: Vec3s,
     /// How its micropolygons are drawn.
     pub look: Look,
     /// Where its vertices are when, circles of confusion included.
@@ -99,8 +94,6 @@ impl Grid {
             depth: Vec::with_capacity(capacity),
             coc: Vec::new(),
             slow: SlowVertices::default(),
-            color: Vec3s::default(),
-            opacity: Vec3s::default(),
             look,
             sweep: Sweep::default(),
         }
@@ -123,18 +116,20 @@ impl Grid {
             return;
         }
         self.slow.p = Vec::new();
-        let boxes = (0..self.keys as usize).map(|key| {
+        let extents = (0..self.keys as usize).map(|key| {
             let of_key = key * num..(key + 1) * num;
             let range = |values: &[i32]| {
                 let ends = values.iter().fold([i32::MAX, i32::MIN], |r, &v| [r[0].min(v), r[1].max(v)]);
                 ends.map(|end| end as f32 / 256.0)
             };
             let ([x0, x1], [y0, y1]) = (range(&self.x[of_key.clone()]), range(&self.y[of_key.clone()]));
-            let coc = self.coc.get(of_key).map_or(0, |coc| coc.iter().fold(0, |most, c| most.max(c.abs())));
-            let grow = coc as f32 / 256.0 + ROUNDING_PX;
-            [x0 - grow, x1 + grow, y0 - grow, y1 + grow]
+            Extent {
+                in_focus: [x0 - ROUNDING_PX, x1 + ROUNDING_PX, y0 - ROUNDING_PX, y1 + ROUNDING_PX],
+                coc: self.coc.get(of_key.clone()).map_or([0.0; 2], range),
+                near: self.depth[of_key].iter().copied().fold(f32::INFINITY, f32::min),
+            }
         });
-        self.sweep = Sweep::of_boxes(&boxes.collect::<Vec<_>>(), key_times);
+        self.sweep = Sweep::of_keys(&extents.collect::<Vec<_>>(), key_times);
     }
 
     /// When a sample of `region` can see it; `None` where none can.
@@ -175,11 +170,6 @@ impl Grid {
     #[inline(always)]
     pub fn is_slow(&self, micropolygon: usize) -> bool {
         self.has_slow() && self.corners(micropolygon).iter().any(|&v| self.slow.is_slow[v])
-    }
-
-    /// Whether every vertex is fully opaque.
-    pub fn is_opaque(&self) -> bool {
-        self.opacity.is_empty()
     }
 
     /// Canonical order of micropolygon `a` of this grid and `b` of `other`.

@@ -24,6 +24,7 @@ pub mod resolve;
 pub mod sample;
 pub mod shade;
 pub mod split;
+pub mod sweep;
 pub mod weld;
 
 pub use bound::Bound;

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::geometry::RasterCamera;
 
-use super::bound::{NOWHERE, grown, segment_meets, union};
+use super::sweep::{NOWHERE, grown, segment_meets, union};
 
 /// Segments the projected curve is measured with.
 const PROBES: usize = 8;

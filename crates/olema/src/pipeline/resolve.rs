@@ -11,6 +11,7 @@ use crate::scene::ShadingInterpolation;
 
 use super::grid::Grid;
 use super::sample::{DrawContext, TileBuffers, triangles};
+use super::shade::Colors;
 
 /// Colour (multiplied by opacity), transmittance per channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,11 +51,13 @@ impl SampleColor {
 
 /// Composites the transparent records of one pass behind those of earlier passes.
 pub fn composite_pass(context: &DrawContext, buffers: &mut TileBuffers, colors: &mut [SampleColor]) {
-    let TileBuffers { samples, nearest, transparent, slots, .. } = buffers;
+    let TileBuffers { samples, nearest, transparent, slots, used, .. } = buffers;
     let order = |a, b| slots.order(a, b);
     for record in transparent.sorted(nearest, &order) {
-        let Some(grid) = slots.grid(record.payload) else { continue };
-        let (color, opacity) = surface_at(context, grid, record.payload, samples, record.sample_ix as usize);
+        let Some(surface) = slots.surface(record.payload) else { continue };
+        used.insert(surface.0, record.payload);
+        let (color, opacity) =
+            surface_at(context, surface, record.payload, samples, record.sample_ix as usize);
         colors[record.sample_ix as usize].behind(color, opacity, record.depth);
     }
 }
@@ -65,10 +68,13 @@ pub fn composite_opaque(context: &DrawContext, buffers: &TileBuffers, colors: &m
         if record.is_none() {
             continue;
         }
-        let Some(grid) = buffers.slots.grid(record.payload) else { continue };
+        let Some(surface) = buffers.slots.surface(record.payload) else { continue };
+        let grid = surface.0;
         let (color, _) = match grid.look.interpolation {
-            ShadingInterpolation::Constant => flat(grid, record.payload),
-            ShadingInterpolation::Smooth => surface_at(context, grid, record.payload, &buffers.samples, ix),
+            ShadingInterpolation::Constant => flat(surface, record.payload),
+            ShadingInterpolation::Smooth => {
+                surface_at(context, surface, record.payload, &buffers.samples, ix)
+            }
         };
         // A hole hides what is behind it and is nothing itself.
         let opacity = if grid.look.matte { [0.0; 3] } else { [1.0; 3] };
@@ -79,13 +85,13 @@ pub fn composite_opaque(context: &DrawContext, buffers: &TileBuffers, colors: &m
 /// Colour and opacity of a micropolygon where sample `sample_ix` hit it.
 fn surface_at(
     context: &DrawContext,
-    grid: &Grid,
+    (grid, colors): (&Grid, &Colors),
     payload: Payload,
     samples: &RegionSamples,
     sample_ix: usize,
 ) -> ([f32; 3], [f32; 3]) {
     if grid.look.interpolation == ShadingInterpolation::Constant {
-        return flat(grid, payload);
+        return flat((grid, colors), payload);
     }
     let micropolygon = payload.micropolygon() as usize;
     let triangle = triangles(grid, micropolygon)[payload.triangle() as usize];
@@ -97,13 +103,13 @@ fn surface_at(
     };
     let Some(w) = weights else {
         debug_assert!(false, "a record's triangle is hit again");
-        return flat(grid, payload);
+        return flat((grid, colors), payload);
     };
     let mix =
         |values: &[f32]| values[triangle[0]] * w[0] + values[triangle[1]] * w[1] + values[triangle[2]] * w[2];
-    let (c, o) = (&grid.color, &grid.opacity);
+    let (c, o) = (&colors.color, &colors.opacity);
     let color = [mix(&c.x), mix(&c.y), mix(&c.z)];
-    let opacity = if grid.is_opaque() { [1.0; 3] } else { [mix(&o.x), mix(&o.y), mix(&o.z)] };
+    let opacity = if o.is_empty() { [1.0; 3] } else { [mix(&o.x), mix(&o.y), mix(&o.z)] };
     (color, opacity)
 }
 
@@ -126,10 +132,11 @@ fn slow_weights(
 }
 
 /// Colour and opacity of a micropolygon's first vertex.
-fn flat(grid: &Grid, payload: Payload) -> ([f32; 3], [f32; 3]) {
+fn flat((grid, colors): (&Grid, &Colors), payload: Payload) -> ([f32; 3], [f32; 3]) {
     let v0 = grid.corners(payload.micropolygon() as usize)[0];
-    let opacity = if grid.is_opaque() { [1.0; 3] } else { grid.opacity.get(v0).to_array() };
-    (grid.color.get(v0).to_array(), opacity)
+    let opacity = &colors.opacity;
+    let opacity = if opacity.is_empty() { [1.0; 3] } else { opacity.get(v0).to_array() };
+    (colors.color.get(v0).to_array(), opacity)
 }
 
 /// Weights of a filter at every place that a sample of the pattern can have.

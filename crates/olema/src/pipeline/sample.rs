@@ -10,23 +10,35 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::geometry::RasterCamera;
+use crate::math::Vec3s;
 use crate::sampling::interleave::rasterize_tuple;
 use crate::sampling::nomotion::{Facing, HitSink, SampleCounts, rasterize_triangle};
 use crate::sampling::{
     Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, RegionSamples, SampleBuffer, SamplePattern,
     TransparentRecord, TransparentRecords, TupleTimes,
 };
-use crate::scene::Sides;
+use crate::scene::{ShadingInterpolation, Sides};
 
-use super::bound::TimeRange;
 use super::clip::{Clipped, clip_triangle};
 use super::grid::{Grid, GridKey};
+use super::shade::{Colors, ShadedGrid, VertexSet};
+use super::sweep::TimeRange;
 
 /// Grids of a tile, by the slot that records name them with.
 #[derive(Debug, Default)]
 pub struct GridSlots {
-    slots: Vec<(GridKey, Option<Arc<Grid>>)>,
+    slots: Vec<Slot>,
     known: HashMap<GridKey, u32>,
+}
+
+/// What a slot number means.
+#[derive(Debug)]
+struct Slot {
+    key: GridKey,
+    /// `None` once no record names it.
+    grid: Option<Arc<ShadedGrid>>,
+    /// Where they are known already.
+    colors: Option<Arc<Colors>>,
 }
 
 /// All slots of a tile are taken.
@@ -40,27 +52,51 @@ impl GridSlots {
         self.known.clear();
     }
 
-    /// Gives `grid` a slot, the one it had in an earlier pass if it was drawn in one.
+    /// Gives `grid` a slot, the one it had in an earlier pass if it was drawn in one; and whether that is a new one.
     ///
     /// # Errors
     /// [`SlotsFull`] where the payload has no number left for it.
-    pub fn insert(&mut self, grid: Arc<Grid>) -> Result<u32, SlotsFull> {
+    pub fn insert(
+        &mut self,
+        grid: Arc<ShadedGrid>,
+        colors: Option<Arc<Colors>>,
+    ) -> Result<(u32, bool), SlotsFull> {
         let next = self.slots.len() as u32;
-        if let Some(&slot) = self.known.get(&grid.key) {
-            self.slots[slot as usize].1 = Some(grid);
-            return Ok(slot);
+        let key = grid.grid.key;
+        if let Some(&slot) = self.known.get(&key) {
+            let known = &mut self.slots[slot as usize];
+            *known = Slot { key, grid: Some(grid), colors: colors.or(known.colors.take()) };
+            return Ok((slot, false));
         }
         if next >= Payload::NUM_SLOTS {
             return Err(SlotsFull);
         }
-        self.known.insert(grid.key, next);
-        self.slots.push((grid.key, Some(grid)));
-        Ok(next)
+        self.known.insert(key, next);
+        self.slots.push(Slot { key, grid: Some(grid), colors });
+        Ok((next, true))
     }
 
-    /// The grid of a record.
-    pub fn grid(&self, payload: Payload) -> Option<&Grid> {
-        self.slots.get(payload.slot() as usize).and_then(|(_, grid)| grid.as_deref())
+    /// Takes back the slot that was given last, which no record names.
+    fn take_back(&mut self) {
+        if let Some(last) = self.slots.pop() {
+            self.known.remove(&last.key);
+        }
+    }
+
+    /// The grid of a slot.
+    pub fn grid(&self, slot: u32) -> Option<&Arc<ShadedGrid>> {
+        self.slots.get(slot as usize)?.grid.as_ref()
+    }
+
+    /// Says what the vertices of a slot's grid look like.
+    pub fn set_colors(&mut self, slot: u32, colors: Arc<Colors>) {
+        self.slots[slot as usize].colors = Some(colors);
+    }
+
+    /// The grid of a record and its colours.
+    pub fn surface(&self, payload: Payload) -> Option<(&Grid, &Colors)> {
+        let slot = self.slots.get(payload.slot() as usize)?;
+        Some((&slot.grid.as_ref()?.grid, slot.colors.as_ref()?))
     }
 
     /// Number of slots taken.
@@ -82,20 +118,57 @@ impl GridSlots {
                 *flag = true;
             }
         }
-        for ((_, grid), used) in self.slots.iter_mut().zip(is_used) {
+        for (slot, used) in self.slots.iter_mut().zip(is_used) {
             if !used {
-                *grid = None;
+                (slot.grid, slot.colors) = (None, None);
             }
         }
     }
 
     /// Canonical order of two hits, for equal depths.
     pub fn order(&self, a: Payload, b: Payload) -> Ordering {
-        let key = |p: Payload| self.slots.get(p.slot() as usize).map(|(key, _)| *key);
+        let key = |p: Payload| self.slots.get(p.slot() as usize).map(|slot| slot.key);
         key(a)
             .cmp(&key(b))
             .then(a.micropolygon().cmp(&b.micropolygon()))
             .then(a.triangle().cmp(&b.triangle()))
+    }
+}
+
+/// Vertices that visible micropolygons use, by slot.
+#[derive(Debug, Default)]
+pub struct UsedVertices {
+    by_slot: Vec<VertexSet>,
+}
+
+impl UsedVertices {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.by_slot.clear();
+    }
+
+    /// Adds what the colour of a hit is made from.
+    pub fn insert(&mut self, grid: &Grid, payload: Payload) {
+        let slot = payload.slot() as usize;
+        if self.by_slot.len() <= slot {
+            self.by_slot.resize(slot + 1, VertexSet::default());
+        }
+        let set = &mut self.by_slot[slot];
+        match grid.look.interpolation {
+            _ if grid.look.matte => {}
+            ShadingInterpolation::Constant => {
+                set.insert(grid.corners(payload.micropolygon() as usize)[0]);
+            }
+            ShadingInterpolation::Smooth => {
+                let triangle = triangles(grid, payload.micropolygon() as usize)[payload.triangle() as usize];
+                triangle.into_iter().for_each(|vertex| set.insert(vertex));
+            }
+        }
+    }
+
+    /// Slots and their vertices, where there are any.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &VertexSet)> {
+        (0..).zip(&self.by_slot).filter(|(_, set)| !set.is_empty())
     }
 }
 
@@ -110,6 +183,8 @@ pub struct TileBuffers {
     pub transparent: TransparentRecords,
     /// What payloads mean.
     pub slots: GridSlots,
+    /// Vertices that visible micropolygons use.
+    pub used: UsedVertices,
     /// Work done.
     pub counts: SampleCounts,
 }
@@ -174,16 +249,24 @@ impl<'a> DrawContext<'a> {
 }
 
 impl TileBuffers {
-    /// Draws `grid`.
+    /// Draws `shaded`, of which `colors` are known if it is not surely opaque. Its slot, if a
+    /// sample keeps anything of it.
     ///
     /// # Errors
     /// [`SlotsFull`] where the tile has no slot left; nothing was drawn then.
-    pub fn draw(&mut self, context: &DrawContext, grid: &Arc<Grid>) -> Result<(), SlotsFull> {
+    pub fn draw(
+        &mut self,
+        context: &DrawContext,
+        shaded: &Arc<ShadedGrid>,
+        colors: Option<&Arc<Colors>>,
+    ) -> Result<Option<u32>, SlotsFull> {
+        let grid = &shaded.grid;
+        debug_assert!(shaded.surely_opaque || colors.is_some(), "opacity decides what is visible");
         let moving = context.moving(grid);
         let Some(times) = grid.meets(self.samples.region) else {
-            return Ok(());
+            return Ok(None);
         };
-        let slot = self.slots.insert(Arc::clone(grid))?;
+        let (slot, is_new) = self.slots.insert(Arc::clone(shaded), colors.cloned())?;
         let facing = match (grid.look.sides, grid.look.front_is_positive) {
             (Sides::Two, _) => Facing::Any,
             (Sides::One, true) => Facing::Only(1),
@@ -191,6 +274,8 @@ impl TileBuffers {
         };
         let mut sink = Sink {
             grid,
+            opacity: colors.map(|colors| &colors.opacity).filter(|opacity| !opacity.is_empty()),
+            kept: false,
             slot,
             micropolygon: 0,
             triangle: None,
@@ -214,7 +299,29 @@ impl TileBuffers {
         if grid.has_slow() {
             draw_slow(context, grid, times, facing, &self.samples, &mut self.counts, &mut sink);
         }
-        Ok(())
+        if sink.kept {
+            return Ok(Some(slot));
+        }
+        // In a later pass, records of an earlier one may name it.
+        if is_new {
+            self.slots.take_back();
+        }
+        Ok(None)
+    }
+
+    /// Adds the vertices of the nearest opaque hits to [`Self::used`].
+    pub fn note_used(&mut self) {
+        let mut last = Payload::NONE;
+        for record in self.nearest.records() {
+            // Samples of a pixel often hit the same.
+            if record.payload == last || record.is_none() {
+                continue;
+            }
+            last = record.payload;
+            if let Some(shaded) = self.slots.grid(last.slot()) {
+                self.used.insert(&shaded.grid, last);
+            }
+        }
     }
 
     /// Lets go of grids that no record names any more, so that memory does not grow with depth complexity.
@@ -279,6 +386,10 @@ pub fn triangles(grid: &Grid, micropolygon: usize) -> [[usize; 3]; 2] {
 /// Sends hits where they belong.
 struct Sink<'a> {
     grid: &'a Grid,
+    /// Opacity of its vertices, if any is not opaque.
+    opacity: Option<&'a Vec3s>,
+    /// Whether a hit was kept.
+    kept: bool,
     slot: u32,
     micropolygon: u32,
     /// Number of the triangle where a part of one is drawn.
@@ -292,19 +403,19 @@ struct Sink<'a> {
 impl HitSink for Sink<'_> {
     fn begin(&mut self, micropolygon: u32) {
         self.micropolygon = micropolygon;
-        self.opaque = self.grid.is_opaque() || {
-            let o = &self.grid.opacity;
+        self.opaque = self.opacity.is_none_or(|o| {
             let corners = self.grid.corners(micropolygon as usize);
             corners.iter().all(|&v| o.x[v] >= 1.0 && o.y[v] >= 1.0 && o.z[v] >= 1.0)
-        };
+        });
     }
 
     fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, _sign: i8) {
         let payload = Payload::new(self.slot, self.micropolygon, self.triangle.unwrap_or(triangle));
         let order = |a, b| self.slots.order(a, b);
         if self.opaque {
-            self.nearest.offer(sample_ix, depth, payload, &order);
+            self.kept |= self.nearest.offer(sample_ix, depth, payload, &order);
         } else {
+            self.kept = true;
             let record = TransparentRecord { sample_ix: sample_ix as u32, depth, payload };
             self.transparent.push(record, self.nearest, &order);
         }

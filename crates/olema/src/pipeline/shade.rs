@@ -1,29 +1,203 @@
 //! Shade: colour and opacity at the vertices of a grid.
 //!
-//! In: `Diced`. Out: `Grid` with colours; opacity is kept only where some of it is below 1.
+//! In: `Diced`. Out: [`ShadedGrid`], whose colours are made when they are asked for: of all vertices, or of those that
+//! something visible uses. Tiles that share a grid share its colours; a vertex has the same bits whoever asks first
+//! and whatever else is asked for. Source: Boulos 2010, section 6, for shading after visibility.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::Vec3;
 
 use crate::math::Vec3s;
-use crate::shading::{PlacedLight, ShadedPoints, SurfaceShader};
+use crate::shading::{OpacityUse, PlacedLight, ShadedPoints, ShadingPoints, SurfaceShader};
 
 use super::dice::Diced;
 use super::grid::Grid;
 
-/// Shades all vertices.
-pub fn shade(diced: Diced, shader: &dyn SurfaceShader, lights: &[Arc<dyn PlacedLight>]) -> Grid {
-    let Diced { mut grid, points } = diced;
-    let len = grid.num_vertices();
-    let zeros = || Vec3s::splat(glam::Vec3::ZERO, len);
-    let mut shaded = ShadedPoints { ci: zeros(), oi: Vec3s::splat(glam::Vec3::ONE, len) };
-    if !grid.look.matte {
-        let vertices: Vec<u32> = (0..len as u32).collect();
-        shader.shade(&points, &vertices, lights, &mut shaded);
+/// Colour and opacity of a grid's vertices.
+#[derive(Debug, Clone, Default)]
+pub struct Colors {
+    /// Colour, multiplied by opacity.
+    pub color: Vec3s,
+    /// Opacity; empty where all of it is 1.
+    pub opacity: Vec3s,
+}
+
+/// Vertices of a grid, one bit each.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct VertexSet {
+    words: Vec<u64>,
+}
+
+impl VertexSet {
+    /// Adds a vertex.
+    #[inline(always)]
+    pub fn insert(&mut self, vertex: usize) {
+        let word = vertex / 64;
+        if self.words.len() <= word {
+            self.words.resize(word + 1, 0);
+        }
+        self.words[word] |= 1 << (vertex % 64);
     }
-    let opaque = [&shaded.oi.x, &shaded.oi.y, &shaded.oi.z].iter().all(|c| c.iter().all(|&o| o >= 1.0));
-    grid.color = shaded.ci;
-    if !opaque {
-        grid.opacity = shaded.oi;
+
+    /// Whether it holds a vertex.
+    pub fn contains(&self, vertex: usize) -> bool {
+        self.words.get(vertex / 64).is_some_and(|word| word >> (vertex % 64) & 1 > 0)
     }
-    grid
+
+    /// Whether it holds none.
+    pub fn is_empty(&self) -> bool {
+        self.words.iter().all(|&word| word == 0)
+    }
+
+    /// Number of vertices.
+    pub fn len(&self) -> usize {
+        self.words.iter().map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// The vertices, in order.
+    pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
+        let bits = |word: u64| (0..64).filter(move |bit| word >> bit & 1 > 0);
+        self.words.iter().enumerate().flat_map(move |(ix, &word)| bits(word).map(move |bit| ix * 64 + bit))
+    }
+
+    /// Adds all of `other`, and returns those that were not here.
+    fn take_new(&mut self, other: &VertexSet) -> VertexSet {
+        let len = self.words.len().max(other.words.len());
+        self.words.resize(len, 0);
+        let new = |(mine, theirs): (&mut u64, &u64)| {
+            let new = theirs & !*mine;
+            *mine |= theirs;
+            new
+        };
+        VertexSet { words: self.words.iter_mut().zip(&other.words).map(new).collect() }
+    }
+
+    /// Itself and the neighbours along rows and columns, for a grid of `m` x `n` micropolygons.
+    fn with_ring(&self, m: usize, n: usize) -> VertexSet {
+        let mut ring = self.clone();
+        for vertex in self.iter() {
+            let (i, j) = (vertex % (m + 1), vertex / (m + 1));
+            let step = m + 1;
+            [(i > 0).then(|| vertex - 1), (i < m).then(|| vertex + 1)]
+                .into_iter()
+                .flatten()
+                .for_each(|v| ring.insert(v));
+            [(j > 0).then(|| vertex - step), (j < n).then(|| vertex + step)]
+                .into_iter()
+                .flatten()
+                .for_each(|v| ring.insert(v));
+        }
+        ring
+    }
+}
+
+/// What shades a grid.
+#[derive(Clone, Copy)]
+pub struct Shader<'a> {
+    /// The surface shader.
+    pub surface: &'a dyn SurfaceShader,
+    /// Lights, in camera space.
+    pub lights: &'a [Arc<dyn PlacedLight>],
+}
+
+/// Vertices that were shaded by one call.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ShadedCount {
+    /// All of them.
+    pub points: u64,
+    /// Of these, those shaded only since a neighbour's derivatives need them.
+    pub ring: u64,
+}
+
+/// A grid with its colours, as far as they are known.
+#[derive(Debug)]
+pub struct ShadedGrid {
+    /// Where its vertices are.
+    pub grid: Grid,
+    /// Whether it is opaque before it is shaded.
+    pub surely_opaque: bool,
+    shading: Mutex<Shading>,
+}
+
+#[derive(Debug)]
+struct Shading {
+    /// What shaders see; let go of when all vertices are shaded.
+    points: Option<ShadingPoints>,
+    colors: Arc<Colors>,
+    shaded: VertexSet,
+    seen: VertexSet,
+}
+
+impl ShadedGrid {
+    /// A grid that is not shaded yet.
+    pub fn new(diced: Diced, shader: &dyn SurfaceShader) -> Self {
+        let Diced { grid, points } = diced;
+        let keeps = shader.traits().opacity == OpacityUse::Keeps;
+        let is_one = |values: &Vec<f32>| values.iter().all(|&o| o >= 1.0);
+        let opaque = [&points.os.x, &points.os.y, &points.os.z].into_iter().all(is_one);
+        let zeros = Vec3s::splat(Vec3::ZERO, grid.num_vertices());
+        let colors = Arc::new(Colors { color: zeros, opacity: Vec3s::default() });
+        let surely_opaque = grid.look.matte || keeps && opaque;
+        let points = (!grid.look.matte).then_some(points);
+        let shading = Shading { points, colors, shaded: VertexSet::default(), seen: VertexSet::default() };
+        ShadedGrid { grid, surely_opaque, shading: Mutex::new(shading) }
+    }
+
+    /// Shades all vertices, unless that was done before. A hole has no colours and is not shaded.
+    pub fn shade_all(&self, shader: Shader) -> (Arc<Colors>, ShadedCount) {
+        let mut shading = self.shading.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut count = ShadedCount::default();
+        if let Some(points) = shading.points.take() {
+            let vertices: Vec<u32> = (0..self.grid.num_vertices() as u32).collect();
+            count.points = vertices.len() as u64;
+            let mut shaded = self.blank();
+            shader.surface.shade(&points, &vertices, shader.lights, &mut shaded);
+            let is_one = |values: &Vec<f32>| values.iter().all(|&o| o >= 1.0);
+            let opaque = [&shaded.oi.x, &shaded.oi.y, &shaded.oi.z].into_iter().all(is_one);
+            let opacity = if opaque { Vec3s::default() } else { shaded.oi };
+            shading.colors = Arc::new(Colors { color: shaded.ci, opacity });
+        }
+        (Arc::clone(&shading.colors), count)
+    }
+
+    /// Shades those of `wanted` that were not shaded before; the grid is surely opaque. The colours of others are
+    /// not to be read.
+    pub fn shade_some(&self, wanted: &VertexSet, shader: Shader) -> (Arc<Colors>, ShadedCount) {
+        debug_assert!(self.surely_opaque, "opacity decides what is visible");
+        let mut shading = self.shading.lock().unwrap_or_else(PoisonError::into_inner);
+        let Shading { points, colors, shaded, .. } = &mut *shading;
+        let mut count = ShadedCount::default();
+        if let Some(points) = points {
+            let new = shaded.take_new(wanted);
+            if !new.is_empty() {
+                let listed = match shader.surface.traits().needs_ring {
+                    true => new.with_ring(self.grid.m as usize, self.grid.n as usize),
+                    false => new.clone(),
+                };
+                let vertices: Vec<u32> = listed.iter().map(|vertex| vertex as u32).collect();
+                count.points = vertices.len() as u64;
+                count.ring = (vertices.len() - new.len()) as u64;
+                let mut out = self.blank();
+                shader.surface.shade(points, &vertices, shader.lights, &mut out);
+                // Other tiles keep the colours they were given.
+                let colors = &mut Arc::make_mut(colors).color;
+                for vertex in new.iter() {
+                    colors.set(vertex, out.ci.get(vertex));
+                }
+            }
+        }
+        (Arc::clone(colors), count)
+    }
+
+    /// Notes that something visible uses these vertices; the number of those that nothing used before.
+    pub fn note_seen(&self, used: &VertexSet) -> u64 {
+        let mut shading = self.shading.lock().unwrap_or_else(PoisonError::into_inner);
+        shading.seen.take_new(used).len() as u64
+    }
+
+    fn blank(&self) -> ShadedPoints {
+        let of = |value| Vec3s::splat(value, self.grid.num_vertices());
+        ShadedPoints { ci: of(Vec3::ZERO), oi: of(Vec3::ONE) }
+    }
 }

@@ -203,6 +203,17 @@ impl<'a> SplitContext<'a> {
         self.surfaces.evaluate(patch, key, uv).p
     }
 
+    /// Whether [`Self::fate`] cuts `piece`, where that can be told without evaluating anything.
+    pub fn is_surely_split(&self, piece: &Piece) -> bool {
+        if let PieceKind::Lattice { i, j, .. } = piece.kind {
+            return u32::from(i[1] - i[0]) * u32::from(j[1] - j[0]) > self.grid_size;
+        }
+        let is_even = |side: &Side| matches!(side.rate, Rate::Even(_));
+        let [u, v] = segments(piece);
+        let big = u64::from(u.max(1)) * u64::from(v.max(1)) > u64::from(self.grid_size) && u.max(v) >= 2;
+        piece.path.ilog2() < MAX_DEPTH && (big || !piece.sides.iter().all(is_even))
+    }
+
     /// Decides whether `piece` is diced, and how finely, or cuts it.
     pub fn fate(&self, piece: &Piece) -> Fate {
         if let PieceKind::Lattice { m, n, i, j } = piece.kind {
@@ -212,8 +223,7 @@ impl<'a> SplitContext<'a> {
         let uneven = |a: &Side, b: &Side| !matches!((a.rate, b.rate), (Rate::Even(_), Rate::Even(_)));
         let (across_u, across_v) = (uneven(bottom, top), uneven(right, left));
         let deep = piece.path.ilog2() >= MAX_DEPTH;
-        let (u_segments, v_segments) =
-            (bottom.segments().max(top.segments()), right.segments().max(left.segments()));
+        let [u_segments, v_segments] = segments(piece);
         if !deep && (across_u || across_v) {
             // The direction that is known to be long goes first, so that halves stay compact.
             let along_u = if across_u && across_v { self.is_wider(piece) } else { across_u };
@@ -323,4 +333,10 @@ impl<'a> SplitContext<'a> {
         let uv = self.line_uv(patch, side.line, numerator, denominator);
         (if side.reversed { [upper, lower] } else { [lower, upper] }, point, uv)
     }
+}
+
+/// Segments of the longer of the sides along u, and along v.
+fn segments(piece: &Piece) -> [u32; 2] {
+    let [bottom, right, top, left] = &piece.sides;
+    [bottom.segments().max(top.segments()), right.segments().max(left.segments())]
 }

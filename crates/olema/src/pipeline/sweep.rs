@@ -1,0 +1,368 @@
+//! Sweeps: where something can be, and how near, over the time of the shutter.
+//!
+//! In: its extent at the motion keys. Out: [`Sweep`], which tells when it meets a rectangle of the raster and bounds it
+//! over ranges of time and lens places. Between two keys a vertex, its depth and its circle of confusion change evenly,
+//! and so do the sides of the box that holds it, its nearest depth and its range of circles.
+
+use glam::Vec3;
+
+use crate::geometry::RasterCamera;
+use crate::geometry::camera::GUARD_BAND_PX;
+use crate::occlusion::Bounds;
+use crate::sampling::pattern::StratumBounds;
+
+/// A part of the shutter, both ends inclusive: 0 is open, 1 closed.
+pub type TimeRange = [f32; 2];
+
+/// The whole time.
+pub const ALWAYS: TimeRange = [0.0, 1.0];
+
+/// Where something is at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// Box on the raster in focus, `[x0, x1, y0, y1]` in pixels.
+    pub in_focus: [f32; 4],
+    /// Least and greatest signed radius of its circles of confusion, in pixels.
+    pub coc: [f32; 2],
+    /// Nearest depth.
+    pub near: f32,
+}
+
+impl Extent {
+    const NOWHERE: Extent = Extent { in_focus: NOWHERE, coc: [0.0; 2], near: f32::INFINITY };
+
+    /// The box that holds it for every place on the lens.
+    fn blurred(&self) -> [f32; 4] {
+        grown(self.in_focus, self.coc[0].abs().max(self.coc[1].abs()))
+    }
+
+    /// The box that holds it for the lens places `u` x `v` (15 fractional bits).
+    fn through(&self, u: [i16; 2], v: [i16; 2]) -> [f32; 4] {
+        let shift = |lens: [i16; 2]| {
+            let at = lens.map(|place| f32::from(place) * (1.0 / 32_768.0));
+            let moved = [self.coc[0] * at[0], self.coc[0] * at[1], self.coc[1] * at[0], self.coc[1] * at[1]];
+            moved.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |r, &by| [r[0].min(by), r[1].max(by)])
+        };
+        let ([x0, x1], [y0, y1]) = (shift(u), shift(v));
+        let b = self.in_focus;
+        [b[0] + x0, b[1] + x1, b[2] + y0, b[3] + y1]
+    }
+
+    /// Part of the way to another; every number is monotone in `part`.
+    fn between(&self, to: &Extent, part: f32) -> Extent {
+        let mix = |from: f32, to: f32| from + (to - from) * part;
+        Extent {
+            in_focus: std::array::from_fn(|side| mix(self.in_focus[side], to.in_focus[side])),
+            coc: std::array::from_fn(|end| mix(self.coc[end], to.coc[end])),
+            near: mix(self.near, to.near),
+        }
+    }
+}
+
+/// Where something can be over the time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sweep {
+    segments: Vec<Segment>,
+}
+
+/// An extent between two times, all of whose numbers change evenly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Segment {
+    times: TimeRange,
+    ends: [Extent; 2],
+}
+
+impl Sweep {
+    /// One extent a key time.
+    pub fn of_keys(keys: &[Extent], key_times: &[f32]) -> Self {
+        if let [only] = keys {
+            return Sweep { segments: vec![Segment { times: ALWAYS, ends: [*only; 2] }] };
+        }
+        let pairs = keys.windows(2).zip(key_times.windows(2));
+        // What is in front of the near plane at one of two keys only moves in no box from one to the other.
+        let seen = pairs.filter(|(ends, _)| ends.iter().all(|end| end.in_focus[0] <= end.in_focus[1]));
+        let segment = |(ends, times): (&[Extent], &[f32])| Segment {
+            times: [times[0], times[1]],
+            ends: [ends[0], ends[1]],
+        };
+        Sweep { segments: seen.map(segment).collect() }
+    }
+
+    /// Where it can be for a range of times and lens places. Bounds of a part of a range lie within those of the
+    /// range, as every number below is monotone in its ends.
+    pub fn over(&self, range: &StratumBounds) -> Bounds {
+        let [from, to] = range.t15.map(|t15| f32::from(t15) * (1.0 / 32_768.0));
+        let (from, to) = (from - ROUNDING_TIME, to + ROUNDING_TIME);
+        let (mut pixels, mut near, mut still) = (NOWHERE, f32::INFINITY, self.segments.len() <= 1);
+        for Segment { times, ends: [a, b] } in &self.segments {
+            if to < times[0] || from > times[1] {
+                continue;
+            }
+            still &= a == b && a.coc == [0.0; 2];
+            let part = |time: f32| ((time - times[0]) / (times[1] - times[0])).clamp(0.0, 1.0);
+            for extent in [a.between(b, part(from)), a.between(b, part(to))] {
+                pixels = union(&pixels, &extent.through(range.u15, range.v15));
+                near = near.min(extent.near - extent.near.abs() * ROUNDING_DEPTH);
+            }
+        }
+        Bounds { pixels: pixels.map(|px| px.floor().clamp(-2e9, 2e9) as i32), near, still }
+    }
+
+    /// Adds what moves on straight lines in camera space, not on the raster: what passes the near plane.
+    fn add_slices(
+        &mut self,
+        [from, to]: [&KeyExtent; 2],
+        camera: &RasterCamera,
+        times: TimeRange,
+        grow_px: f32,
+    ) {
+        for slice in 0..SLICES {
+            let parts = [slice, slice + 1].map(|step| step as f32 / SLICES as f32);
+            let [a, b] = parts.map(|part| from.between(to, part));
+            let both = KeyExtent { least: a.least.min(b.least), most: a.most.max(b.most), raster: NOWHERE };
+            if let Some(held) = both.project(camera) {
+                let times = parts.map(|part| times[0] + (times[1] - times[0]) * part);
+                let near = both.least.z;
+                let held = Extent { in_focus: grown(held, grow_px), coc: [0.0; 2], near };
+                self.segments.push(Segment { times, ends: [held; 2] });
+            }
+        }
+    }
+
+    /// The box that holds it at all times; upside down for one that is nowhere.
+    pub fn whole(&self) -> [f32; 4] {
+        let ends = self.segments.iter().flat_map(|segment| &segment.ends);
+        ends.fold(NOWHERE, |all, end| union(&all, &end.blurred()))
+    }
+
+    /// The time in which it can meet the closed rectangle `[x0, x1, y0, y1]`, if it does.
+    pub fn meets(&self, rectangle: [f32; 4]) -> Option<TimeRange> {
+        let mut range: Option<TimeRange> = None;
+        for Segment { times, ends } in &self.segments {
+            let Some(part) = segment_meets([&ends[0].blurred(), &ends[1].blurred()], rectangle) else {
+                continue;
+            };
+            let at = |part: f32| times[0] + (times[1] - times[0]) * part;
+            // Rounding of the division, and of times to 1/32768.
+            let (from, to) = (at(part[0]) - ROUNDING_TIME, at(part[1]) + ROUNDING_TIME);
+            let [first, last] = range.unwrap_or([from, to]);
+            range = Some([first.min(from).max(0.0), last.max(to).min(1.0)]);
+        }
+        range
+    }
+}
+
+/// A box that holds nothing.
+pub(super) const NOWHERE: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
+
+/// The box that holds both.
+pub(super) fn union(a: &[f32; 4], b: &[f32; 4]) -> [f32; 4] {
+    [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
+}
+
+/// A box larger by so much on each side.
+pub(super) fn grown(b: [f32; 4], by: f32) -> [f32; 4] {
+    [b[0] - by, b[1] + by, b[2] - by, b[3] + by]
+}
+
+/// Something at one key.
+#[derive(Debug, Clone, Copy)]
+pub struct KeyExtent {
+    /// Box in camera space.
+    pub least: Vec3,
+    /// Its other corner.
+    pub most: Vec3,
+    /// Box on the raster of what is in front of the near plane.
+    pub raster: [f32; 4],
+}
+
+impl KeyExtent {
+    /// Around nothing.
+    pub const EMPTY: KeyExtent =
+        KeyExtent { least: Vec3::INFINITY, most: Vec3::NEG_INFINITY, raster: NOWHERE };
+
+    /// Grows to hold a point.
+    #[inline(always)]
+    pub fn include(&mut self, camera: &RasterCamera, p: Vec3) {
+        self.least = self.least.min(p);
+        self.most = self.most.max(p);
+        if p.z >= camera.near {
+            let [x, y] = camera.project(p);
+            self.raster = union(&self.raster, &[x, x, y, y]);
+        }
+    }
+
+    /// Whether a vertex within may take the slow path.
+    fn may_be_slow(&self, camera: &RasterCamera) -> bool {
+        let is_near = self.raster.iter().all(|px| px.abs() <= GUARD_BAND_PX);
+        let depth = [self.least.z, self.most.z];
+        !(depth[0] >= camera.near && depth[1] <= camera.far && is_near)
+            || camera.greatest_coc_px(depth) > GUARD_BAND_PX
+    }
+
+    /// The box on the raster of the part of the camera-space box that is in front of the near plane, if there is any.
+    fn project(&self, camera: &RasterCamera) -> Option<[f32; 4]> {
+        let [near, far] = [self.least.z.max(camera.near), self.most.z];
+        if far.is_nan() || far < camera.near {
+            return None;
+        }
+        let along = |least: f32, most: f32, scale: f32, center: f32| {
+            let ends = if camera.perspective {
+                [
+                    if least < 0.0 { least / near } else { least / far },
+                    if most > 0.0 { most / near } else { most / far },
+                ]
+            } else {
+                [least, most]
+            };
+            let [a, b] = ends.map(|end| end * scale + center);
+            [a.min(b), a.max(b)]
+        };
+        let [x0, x1] = along(self.least.x, self.most.x, camera.scale[0], camera.center[0]);
+        let [y0, y1] = along(self.least.y, self.most.y, -camera.scale[1], camera.center[1]);
+        let coc = camera.greatest_coc_px([near, far]);
+        Some(grown([x0, x1, y0, y1], coc))
+    }
+
+    /// Part of the way to another.
+    fn between(&self, to: &KeyExtent, part: f32) -> KeyExtent {
+        let mix = |from: Vec3, to: Vec3| from + (to - from) * part;
+        KeyExtent { least: mix(self.least, to.least), most: mix(self.most, to.most), raster: NOWHERE }
+    }
+}
+
+/// Parts into which the time between two keys is cut for what passes the near plane.
+const SLICES: usize = 16;
+
+/// Where something is over the time, given where it is at the keys; `grow_px` is added to all sides.
+pub fn sweep(camera: &RasterCamera, keys: &[KeyExtent], key_times: &[f32], grow_px: f32) -> Sweep {
+    let extent_of = |key: &KeyExtent| {
+        let near = key.least.z;
+        if key.may_be_slow(camera) {
+            let held = key.project(camera);
+            return held.map_or(Extent::NOWHERE, |b| Extent {
+                in_focus: grown(b, grow_px),
+                coc: [0.0; 2],
+                near,
+            });
+        }
+        let coc = camera.coc_range_px([near, key.most.z]);
+        Extent { in_focus: grown(key.raster, grow_px), coc, near }
+    };
+    let extents: Vec<Extent> = keys.iter().map(extent_of).collect();
+    let mut swept = Sweep::of_keys(&extents, key_times);
+    for (ends, times) in keys.windows(2).zip(key_times.windows(2)) {
+        if ends.iter().any(|key| key.may_be_slow(camera)) {
+            swept.add_slices([&ends[0], &ends[1]], camera, [times[0], times[1]], grow_px);
+        }
+    }
+    swept
+}
+
+/// A little more than 1/32768 of the shutter.
+const ROUNDING_TIME: f32 = 1e-4;
+
+/// More than the rounding of a depth between two others, relative to it.
+const ROUNDING_DEPTH: f32 = 1e-6;
+
+/// The part of a segment in which a box meets a rectangle.
+pub(super) fn segment_meets([from, to]: [&[f32; 4]; 2], [x0, x1, y0, y1]: [f32; 4]) -> Option<TimeRange> {
+    let mut range = ALWAYS;
+    // Each gap has to be at least 0.
+    let gaps = |b: &[f32; 4]| [x1 - b[0], b[1] - x0, y1 - b[2], b[3] - y0];
+    for (start, end) in gaps(from).into_iter().zip(gaps(to)) {
+        let zero = start / (start - end);
+        match (start >= 0.0, end >= 0.0) {
+            (true, true) => {}
+            (true, false) => range[1] = range[1].min(zero),
+            (false, true) => range[0] = range[0].max(zero),
+            (false, false) => return None,
+        }
+    }
+    (range[0] <= range[1]).then_some(range)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn sweep_of(boxes: &[[f32; 4]], key_times: &[f32]) -> Sweep {
+        let extent = |&in_focus: &[f32; 4]| Extent { in_focus, coc: [0.0; 2], near: 1.0 };
+        Sweep::of_keys(&boxes.iter().map(extent).collect::<Vec<_>>(), key_times)
+    }
+
+    #[test]
+    fn a_box_that_passes_meets_a_rectangle_for_a_while() {
+        let sweep = sweep_of(&[[0.0, 1.0, 0.0, 1.0], [100.0, 101.0, 0.0, 1.0]], &[0.0, 1.0]);
+        let [from, to] = sweep.meets([50.0, 60.0, 0.0, 8.0]).expect("it passes");
+        assert!((from - 0.49).abs() < 2e-3 && (to - 0.6).abs() < 2e-3, "{from} {to}");
+        assert_eq!(sweep.meets([50.0, 60.0, 2.0, 8.0]), None);
+        assert_eq!(sweep.meets([-5.0, 200.0, -1.0, 8.0]), Some(ALWAYS));
+    }
+
+    #[test]
+    fn a_box_on_a_diagonal_misses_the_corners_of_its_path() {
+        let sweep = sweep_of(&[[0.0, 1.0, 0.0, 1.0], [100.0, 101.0, 100.0, 101.0]], &[0.0, 1.0]);
+        assert_eq!(sweep.meets([80.0, 90.0, 10.0, 20.0]), None);
+        assert!(sweep.meets([40.0, 50.0, 40.0, 50.0]).is_some());
+    }
+
+    #[test]
+    fn keys_divide_the_time() {
+        let boxes = [[0.0, 1.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [10.0, 11.0, 0.0, 1.0]];
+        let sweep = sweep_of(&boxes, &[0.0, 0.75, 1.0]);
+        let [from, to] = sweep.meets([10.0, 12.0, 0.0, 1.0]).expect("at the end");
+        assert!((from - 0.975).abs() < 1e-3 && to == 1.0, "{from} {to}");
+    }
+
+    fn range(t15: [i16; 2], u15: [i16; 2]) -> StratumBounds {
+        StratumBounds { t15, u15, v15: u15 }
+    }
+
+    #[test]
+    fn a_range_of_time_and_lens_is_bounded_by_its_ends() {
+        let end = |x: f32, coc: [f32; 2], near: f32| Extent { in_focus: [x, x + 1.0, 0.0, 1.0], coc, near };
+        let sweep = Sweep::of_keys(&[end(0.0, [-4.0, 2.0], 5.0), end(100.0, [0.0, 2.0], 3.0)], &[0.0, 1.0]);
+        let open = sweep.over(&range([0, 0], [0, 0]));
+        assert_eq!((open.pixels, open.still), ([0, 1, 0, 1], false));
+        assert!((open.near - 5.0).abs() < 1e-3);
+        // Behind the focus to the right, in front of it to the left.
+        let right = sweep.over(&range([0, 0], [16_384, 32_767]));
+        assert_eq!(right.pixels, [-4, 2, -4, 2]);
+        let late = sweep.over(&range([16_384, 32_767], [0, 0]));
+        assert_eq!(late.pixels, [49, 100, 0, 1]);
+        assert!((late.near - 3.0).abs() < 1e-3);
+    }
+
+    proptest! {
+        #[test]
+        fn bounds_of_a_part_lie_within_those_of_the_whole(
+            keys in prop::collection::vec((-50.0f32..50.0, 0.0f32..9.0, -3.0f32..3.0, 0.0f32..3.0, 0.1f32..9.0), 1..5),
+            outer in (0i16..=32_767, 0i16..=32_767, -32_767i16..=32_767, -32_767i16..=32_767),
+            inner in (0.0f64..1.0, 0.0f64..1.0, 0.0f64..1.0, 0.0f64..1.0),
+        ) {
+            let extent = |&(x, size, coc, more, near): &(f32, f32, f32, f32, f32)| {
+                Extent { in_focus: [x, x + size, -x, size - x], coc: [coc, coc + more], near }
+            };
+            let extents: Vec<Extent> = keys.iter().map(extent).collect();
+            let last = (extents.len().max(2) - 1) as f32;
+            let times: Vec<f32> = (0..extents.len()).map(|key| key as f32 / last).collect();
+            let sweep = Sweep::of_keys(&extents, &times);
+            let sorted = |a: i16, b: i16| [a.min(b), a.max(b)];
+            let whole = range(sorted(outer.0, outer.1), sorted(outer.2, outer.3));
+            let part = |[from, to]: [i16; 2], a: f64, b: f64| {
+                let at = |t: f64| (f64::from(from) + (f64::from(to) - f64::from(from)) * t) as i16;
+                sorted(at(a), at(b))
+            };
+            let part = range(part(whole.t15, inner.0, inner.1), part(whole.u15, inner.2, inner.3));
+            let (whole, part) = (sweep.over(&whole), sweep.over(&part));
+            for side in [0, 2] {
+                prop_assert!(whole.pixels[side] <= part.pixels[side]);
+                prop_assert!(whole.pixels[side + 1] >= part.pixels[side + 1]);
+            }
+            prop_assert!(whole.near <= part.near);
+            prop_assert!(!whole.still || part.still);
+        }
+    }
+}

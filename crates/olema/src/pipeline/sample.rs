@@ -13,7 +13,7 @@ use crate::geometry::RasterCamera;
 use crate::sampling::interleave::rasterize_tuple;
 use crate::sampling::nomotion::{Facing, HitSink, SampleCounts, rasterize_triangle};
 use crate::sampling::{
-    Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, RegionSamples, SampleBuffer, SamplePattern,
+    Kernels, Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, RegionSamples, SampleBuffer, SamplePattern,
     TransparentRecord, TransparentRecords, TupleTimes,
 };
 use crate::scene::Sides;
@@ -208,6 +208,7 @@ impl TileBuffers {
             micropolygons: Micropolygons::Quads,
             // Parts of the shutter are grown by more than this rounds off.
             times: times.map(|t| (t * 32_768.0).clamp(0.0, 32_767.0) as i16),
+            kernels: Kernels::default(),
         };
         let drawn = context.rasterizer.rasterize(&draw, &mut self.counts, &mut sink);
         debug_assert!(drawn.is_ok(), "settings were checked: {drawn:?}");

@@ -20,6 +20,7 @@ use super::interleave;
 use super::moving::Extent;
 use super::nomotion::{HitSink, SampleCounts};
 use super::packed::{Packed, PackedQuad};
+use super::region::held_log;
 use super::test_lanes::{Depths, Kept, test};
 use super::tuple_lanes::{GROUPS, TupleGroup, TupleLanes};
 use crate::math::lanes::Lanes;
@@ -27,6 +28,8 @@ use crate::math::simd::{LANES, LanesKernel, SimdLevel};
 
 /// Entries of a list; it is sifted when fewer than [`LANES`] are free.
 const LIST: usize = 256;
+/// Room for the positions of a block; groups that are not full are followed by the next.
+const PLACED: usize = 2 * GROUPS * LANES;
 /// 1 in both halves.
 const ONE: i32 = 0x1_0001;
 
@@ -34,7 +37,8 @@ const ONE: i32 = 0x1_0001;
 pub(super) fn takes(draw: &MovingDraw) -> bool {
     matches!(draw.pattern.tile(), 1 | 2 | 4 | 8)
         && draw.samples.region.width() < 1 << 15
-        && draw.samples.len() < 1 << 30
+        && draw.samples.region.num_pixels() << held_log(draw.pattern.tuples().len()) < 1 << 31
+        && !draw.samples.held().is_empty()
 }
 
 /// Rasterizes a grid that [`takes`] allows.
@@ -45,15 +49,17 @@ pub(super) fn rasterize<S: HitSink>(
     sink: &mut S,
 ) {
     let table = draw.grid.times.lanes();
-    level.run_lanes(Kernel { draw, table, counts, sink, scratch: Scratch::new() });
+    let held_log = held_log(draw.pattern.tuples().len());
+    level.run_lanes(Kernel { draw, table, counts, sink, held_log, scratch: Scratch::new() });
 }
 
 /// What is kept between the steps. Lists are read by masked indices, so that none can be out of bounds.
 struct Scratch {
     /// Positions of each vertex for the tuples of a block.
-    placed: [[i32; GROUPS * LANES]; 4],
-    sample: [i32; LIST],
-    slot: [i32; LIST],
+    placed: [[i32; PLACED]; 4],
+    /// Pixel and tuple: the index of their bit in [`super::RegionSamples::held`].
+    code: [i32; LIST],
+    /// Place of the sample, as the vertices.
     place: [i32; LIST],
     len: usize,
     /// Entries of the lists that are kept.
@@ -63,9 +69,8 @@ struct Scratch {
 impl Scratch {
     fn new() -> Self {
         Scratch {
-            placed: [[0; GROUPS * LANES]; 4],
-            sample: [0; LIST],
-            slot: [0; LIST],
+            placed: [[0; PLACED]; 4],
+            code: [0; LIST],
             place: [0; LIST],
             len: 0,
             kept: [0; LIST],
@@ -78,6 +83,7 @@ struct Kernel<'a, S> {
     table: &'a TupleLanes,
     counts: &'a mut SampleCounts,
     sink: &'a mut S,
+    held_log: u32,
     scratch: Scratch,
 }
 
@@ -136,18 +142,17 @@ impl<S: HitSink> Kernel<'_, S> {
         let table = self.table;
         let mut tests = lanes.splat(0);
         for block in &table.blocks {
+            let first = table.groups[block.start].first;
             let depths = Depths::of(micropolygon, table.groups[block.start].segment);
-            for (within, group) in table.groups[block.clone()].iter().enumerate() {
+            for group in &table.groups[block.clone()] {
                 if group.times[1] < self.draw.times[0] || group.times[0] > self.draw.times[1] {
                     continue;
                 }
-                let boxed = self.place(lanes, packed, group, within * LANES);
-                let first_ix = (block.start + within) * LANES;
-                let counted = self.count(lanes, micropolygon, packed, group, &boxed, first_ix);
-                tests = lanes.add(tests, counted);
-                self.list(lanes, micropolygon, packed, [block.start, within], &boxed, &depths);
+                let boxed = self.place(lanes, packed, group, group.first - first);
+                tests = lanes.add(tests, self.count(lanes, micropolygon, packed, group, &boxed));
+                self.list(lanes, micropolygon, packed, [group, &table.groups[block.start]], &boxed, &depths);
             }
-            self.sift_and_test(lanes, micropolygon, block.start * LANES, &depths);
+            self.sift_and_test(lanes, micropolygon, first, &depths);
         }
         tests
     }
@@ -198,7 +203,6 @@ impl<S: HitSink> Kernel<'_, S> {
         packed: PackedQuad,
         group: &TupleGroup,
         boxed: &Boxed<L>,
-        first_ix: usize,
     ) -> L::I {
         let (zero, one) = (lanes.splat(0), lanes.splat(ONE));
         let k = self.draw.pattern.tile() as i32;
@@ -224,7 +228,7 @@ impl<S: HitSink> Kernel<'_, S> {
             let mut apart = cut & counted & lanes.bits(lanes.gt(product, zero));
             counted &= !apart;
             while apart != 0 {
-                let tuple_ix = self.table.tuple_ix[first_ix + apart.trailing_zeros() as usize];
+                let tuple_ix = self.draw.pattern.by_time()[group.first + apart.trailing_zeros() as usize];
                 self.counts.tests += tests_of_tuple(self.draw, micropolygon, tuple_ix);
                 apart &= apart - 1;
             }
@@ -232,18 +236,18 @@ impl<S: HitSink> Kernel<'_, S> {
         lanes.select(lanes.mask(counted), product, zero)
     }
 
-    /// Lists the pixels whose place for the tuple is within its box. The group is that of a number within a block.
+    /// Lists the pixels whose place for the tuple is within its box. The second group is the first of the
+    /// block.
     #[inline(always)]
     fn list<L: Lanes>(
         &mut self,
         lanes: L,
         micropolygon: &Micropolygon,
         packed: PackedQuad,
-        [block, within]: [usize; 2],
+        [group, first_group]: [&TupleGroup; 2],
         boxed: &Boxed<L>,
         depths: &Depths,
     ) {
-        let group = &self.table.groups[block + within];
         let place = lanes.load(&group.place, 0);
         // First and last pixel whose place is in the box: not before the least, before the greatest position.
         let first = lanes.sub2(lanes.add2(boxed.least, lanes.splat(255 * ONE)), place);
@@ -251,14 +255,12 @@ impl<S: HitSink> Kernel<'_, S> {
         let last = lanes.sub2(lanes.sub2(boxed.most, lanes.splat(ONE)), place);
         let steps = lanes.sub2(lanes.min2(lanes.shr2(last, 8), boxed.last_px), first);
         let (steps_x, steps_y) = (lanes.shr(lanes.shl(steps, 16), 16), lanes.shr(steps, 16));
-        let num_strata = self.draw.samples.samples_per_pixel() as i32;
         let width = self.draw.samples.region.width() as i32;
         let pixel_ix = lanes.dot2(first, lanes.splat(1 | width << 16));
         let pixel_ix = lanes.add(pixel_ix, lanes.splat(packed.frame(group.segment).pixel_ix));
-        let sample = lanes.mul(pixel_ix, lanes.splat(num_strata));
-        let sample = lanes.add(sample, lanes.load(&group.stratum, 0));
+        let tuple = lanes.add(lanes.load(&FIRST, 0), lanes.splat(group.first as i32));
+        let code = lanes.add(lanes.shl(pixel_ix, self.held_log), tuple);
         let place = lanes.add2(lanes.shl2(first, 8), place);
-        let slot = lanes.add(lanes.load(&FIRST_SLOTS, 0), lanes.splat((within * LANES) as i32));
         let mut oy = 0;
         loop {
             let row = lanes.bits(lanes.gt(steps_y, lanes.splat(oy - 1))) & boxed.active;
@@ -272,13 +274,12 @@ impl<S: HitSink> Kernel<'_, S> {
                     break;
                 }
                 if self.scratch.len > LIST - LANES {
-                    self.sift_and_test(lanes, micropolygon, block * LANES, depths);
+                    self.sift_and_test(lanes, micropolygon, first_group.first, depths);
                 }
                 let (mask, at) = (lanes.mask(found), self.scratch.len);
-                let sample = lanes.add(sample, lanes.splat((oy * width + ox) * num_strata));
+                let code = lanes.add(code, lanes.splat((oy * width + ox) << self.held_log));
                 let place = lanes.add2(place, lanes.splat((ox << 8 & 0xffff) | oy << 24));
-                lanes.store(lanes.compress(sample, mask), &mut self.scratch.sample, at);
-                lanes.store(lanes.compress(slot, mask), &mut self.scratch.slot, at);
+                lanes.store(lanes.compress(code, mask), &mut self.scratch.code, at);
                 lanes.store(lanes.compress(place, mask), &mut self.scratch.place, at);
                 self.scratch.len += found.count_ones() as usize;
                 ox += 1;
@@ -288,38 +289,42 @@ impl<S: HitSink> Kernel<'_, S> {
     }
 
     /// Keeps what is listed of pixels that hold the tuple, tests it, and empties the list. The tuples of the block
-    /// begin at `first_ix`.
+    /// begin at `first_tuple`.
     #[inline(always)]
     fn sift_and_test<L: Lanes>(
         &mut self,
         lanes: L,
         micropolygon: &Micropolygon,
-        first_ix: usize,
+        first_tuple: usize,
         depths: &Depths,
     ) {
-        let Scratch { placed, sample, slot, place, len, kept } = &mut self.scratch;
-        let (tuple_ix, t) = (&self.table.tuple_ix[first_ix..], &self.table.t[first_ix..]);
-        let of_sample = &self.draw.samples.tuples[..];
+        let Scratch { placed, code, place, len, kept } = &mut self.scratch;
+        let TupleLanes { t, stratum, .. } = self.table;
+        let held = self.draw.samples.held();
         let mut num = 0;
         for i in 0..*len {
             let i = i & (LIST - 1);
+            let code = code[i] as u32;
             kept[num & (LIST - 1)] = i as u32;
-            num += usize::from(of_sample[sample[i] as usize] == tuple_ix[slot[i] as usize]);
+            num += (held[code as usize / 64] >> (code % 64) & 1) as usize;
         }
         *len = 0;
+        let num_strata = self.draw.samples.samples_per_pixel();
         let mut first = 0;
         while first < num {
             let mut chunk = Kept::new((num - first).min(LANES));
             for lane in 0..LANES {
-                // Lanes that are not in use repeat some entry.
+                // Lanes that are not in use repeat the last entry.
                 let i = kept[(first + lane).min(num - 1) & (LIST - 1)] as usize & (LIST - 1);
-                let slot = slot[i] as usize & (GROUPS * LANES - 1);
-                chunk.sample[lane] = sample[i];
+                let pixel = code[i] as usize >> self.held_log;
+                let tuple = code[i] as usize & ((1 << self.held_log) - 1);
+                chunk.sample[lane] = (pixel * num_strata) as i32 + stratum[tuple];
                 chunk.place[lane] = place[i];
+                let slot = (tuple - first_tuple) & (PLACED - 1);
                 for corner in 0..4 {
                     chunk.at[corner][lane] = placed[corner][slot];
                 }
-                chunk.t[lane] = t[slot];
+                chunk.t[lane] = t[tuple];
             }
             test(lanes, micropolygon, depths, &chunk, self.counts, self.sink);
             first += LANES;
@@ -327,7 +332,7 @@ impl<S: HitSink> Kernel<'_, S> {
     }
 }
 
-const FIRST_SLOTS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+const FIRST: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// Number of samples of one tuple that the twin tests.
 #[inline(never)]

@@ -35,8 +35,6 @@ pub(super) struct PackedVertex {
 /// Where packed positions are.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Frame {
-    /// The pixel they are relative to.
-    pub origin: [i32; 2],
     /// First and last pixel of the region relative to it, as pairs; clamped to 16 bits.
     pub first_px: i32,
     /// See `first_px`.
@@ -50,7 +48,6 @@ impl Frame {
     pub fn new(origin: [i32; 2], region: &Region) -> Self {
         let near = |px: i32, axis: usize| (px - origin[axis]).clamp(-1000, 1000);
         Frame {
-            origin,
             first_px: pair(near(region.x0, 0), near(region.y0, 1)),
             last_px: pair(near(region.x1 - 1, 0), near(region.y1 - 1, 1)),
             pixel_ix: (origin[1].wrapping_sub(region.y0).wrapping_mul(region.width() as i32))

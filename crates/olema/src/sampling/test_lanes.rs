@@ -96,11 +96,15 @@ pub(super) fn test<L: Lanes, S: HitSink>(
 ) {
     let zero = lanes.splat(0);
     let place = lanes.load(&kept.place, 0);
-    let at = [0, 1, 2, 3].map(|corner: usize| lanes.load(&kept.at[corner], 0));
-    let rel = at.map(#[inline(always)] |at| lanes.sub2(at, place));
-    let turn = rel.map(#[inline(always)] |rel| turned(lanes, rel));
-    // What decides where a sample is on an edge: y, then against x (see `inside`).
-    let key = at.map(#[inline(always)] |at| lanes.xor(at, lanes.splat(0x7fff)));
+    // `array::map` is not inlined.
+    let (mut rel, mut turn, mut key) = ([zero; 4], [zero; 4], [zero; 4]);
+    for corner in 0..4 {
+        let at = lanes.load(&kept.at[corner], 0);
+        rel[corner] = lanes.sub2(at, place);
+        turn[corner] = turned(lanes, rel[corner]);
+        // What decides where a sample is on an edge: y, then against x (see `inside`).
+        key[corner] = lanes.xor(at, lanes.splat(0x7fff));
+    }
     let e01 = lanes.dot2(rel[0], turn[1]);
     let e12 = lanes.dot2(rel[1], turn[2]);
     let e20 = lanes.dot2(rel[2], turn[0]);
@@ -129,10 +133,10 @@ pub(super) fn test<L: Lanes, S: HitSink>(
         let w2 = lanes.select(first, e01, lanes.sub(zero, e20));
         let area = lanes.select(first, area0, area1);
         let t = lanes.load_f(&kept.t, 0);
-        let z = [0, 1, 2, 3].map(#[inline(always)] |corner| depths.at(lanes, corner, t));
-        let z1 = lanes.select_f(first, z[1], z[2]);
-        let z2 = lanes.select_f(first, z[2], z[3]);
-        let depth = plane(lanes, [w1, w2, area], [z[0], z1, z2]);
+        let z2 = depths.at(lanes, 2, t);
+        let za = lanes.select_f(first, depths.at(lanes, 1, t), z2);
+        let zb = lanes.select_f(first, z2, depths.at(lanes, 3, t));
+        let depth = plane(lanes, [w1, w2, area], [depths.at(lanes, 0, t), za, zb]);
         let mut out = [0.0; LANES];
         lanes.store_f(depth, &mut out, 0);
         let mut area_out = [0; LANES];

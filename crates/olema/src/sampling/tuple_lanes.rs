@@ -17,6 +17,8 @@ pub(super) struct TupleGroup {
     pub segment: usize,
     /// Lanes in use, from the first.
     pub num: u32,
+    /// The first one's place in [`SamplePattern::by_time`]; the others follow.
+    pub first: usize,
     /// First and last time of the shutter.
     pub times: [i16; 2],
     /// Local time, in both halves.
@@ -25,8 +27,6 @@ pub(super) struct TupleGroup {
     pub lens: [i32; LANES],
     /// Place in the pixel in 1/256 px, x and y, each in 0..256.
     pub place: [i32; LANES],
-    /// Stratum.
-    pub stratum: [i32; LANES],
     /// Time of the shutter.
     pub shutter: [i32; LANES],
 }
@@ -34,16 +34,16 @@ pub(super) struct TupleGroup {
 /// Most groups of a block.
 pub(super) const GROUPS: usize = 4;
 
-/// The groups, and what is looked up tuple by tuple; lane i of group g is tuple `16 g + i` of these lists.
+/// The groups, and what is looked up tuple by tuple in the order of [`SamplePattern::by_time`].
 #[derive(Debug, Clone)]
 pub(super) struct TupleLanes {
     pub groups: Vec<TupleGroup>,
     /// Groups of one segment that a kernel takes together.
     pub blocks: Vec<Range<usize>>,
-    /// Its number in the pattern.
-    pub tuple_ix: Vec<u32>,
     /// Local time, in [0, 1).
     pub t: Vec<f32>,
+    /// Stratum.
+    pub stratum: Vec<i32>,
 }
 
 /// x and y, each in -2^15..2^15, as halves of 32 bits.
@@ -55,22 +55,29 @@ pub(super) fn pair(x: i32, y: i32) -> i32 {
 impl TupleLanes {
     /// The tuples of `pattern`, whose local times are `times`.
     pub fn new(pattern: &SamplePattern, times: &[LocalTime]) -> Self {
-        let mut order: Vec<u32> = (0..times.len() as u32).collect();
-        order.sort_by_key(|&ix| (times[ix as usize], pattern.tuples()[ix as usize].t15, ix));
-        let mut lanes =
-            TupleLanes { groups: Vec::new(), blocks: Vec::new(), tuple_ix: Vec::new(), t: Vec::new() };
+        let order = if times.is_empty() { &[] } else { pattern.by_time() };
+        let num_ranks = pattern.tile() * pattern.tile();
+        let mut lanes = TupleLanes {
+            groups: Vec::new(),
+            blocks: Vec::new(),
+            t: order.iter().map(|&ix| f32::from(times[ix as usize].t15) * (1.0 / 32_768.0)).collect(),
+            stratum: order.iter().map(|&ix| (ix / num_ranks) as i32).collect(),
+        };
+        let mut first = 0;
         for segment in order.chunk_by(|&a, &b| times[a as usize].segment == times[b as usize].segment) {
             for block in segment.chunks(GROUPS * LANES) {
-                let first = lanes.groups.len();
-                block.chunks(LANES).for_each(|tuples| lanes.push(pattern, times, tuples));
-                lanes.blocks.push(first..lanes.groups.len());
+                let first_group = lanes.groups.len();
+                for tuples in block.chunks(LANES) {
+                    lanes.push(pattern, times, tuples, first);
+                    first += tuples.len();
+                }
+                lanes.blocks.push(first_group..lanes.groups.len());
             }
         }
         lanes
     }
 
-    fn push(&mut self, pattern: &SamplePattern, times: &[LocalTime], tuples: &[u32]) {
-        let num_ranks = pattern.tile() * pattern.tile();
+    fn push(&mut self, pattern: &SamplePattern, times: &[LocalTime], tuples: &[u32], first: usize) {
         // Lanes that are not in use repeat the last tuple.
         let ix_of = |lane: usize| tuples[lane.min(tuples.len() - 1)];
         let each = |of: &dyn Fn(u32) -> i32| std::array::from_fn(|lane| of(ix_of(lane)));
@@ -80,15 +87,13 @@ impl TupleLanes {
         self.groups.push(TupleGroup {
             segment: usize::from(times[tuples[0] as usize].segment),
             num: tuples.len() as u32,
+            first,
             times: shutter.fold([i16::MAX, i16::MIN], |[first, last], t| [first.min(t), last.max(t)]),
             time: each(&|ix| pair(t15(ix), t15(ix))),
             lens: each(&|ix| pair(tuple(ix).u15.into(), tuple(ix).v15.into())),
             place: each(&|ix| pair(tuple(ix).x.into(), tuple(ix).y.into())),
-            stratum: each(&|ix| (ix / num_ranks) as i32),
             shutter: each(&|ix| tuple(ix).t15.into()),
         });
-        self.tuple_ix.extend((0..LANES).map(ix_of));
-        self.t.extend((0..LANES).map(|lane| t15(ix_of(lane)) as f32 * (1.0 / 32_768.0)));
     }
 }
 
@@ -96,7 +101,6 @@ impl TupleLanes {
 mod tests {
     use super::super::pattern::PatternSpec;
     use super::super::{SamplePattern, TupleTimes};
-    use super::*;
 
     #[test]
     fn groups_hold_every_tuple_once_and_one_segment_each() {
@@ -107,12 +111,12 @@ mod tests {
             let times = TupleTimes::new(&pattern, keys);
             let lanes = times.lanes();
             let mut seen = Vec::new();
-            for (g, group) in lanes.groups.iter().enumerate() {
-                for lane in 0..group.num as usize {
-                    let ix = lanes.tuple_ix[g * LANES + lane];
+            for group in &lanes.groups {
+                for place in group.first..group.first + group.num as usize {
+                    let ix = pattern.by_time()[place];
                     let local = times.of_tuple(ix);
                     assert_eq!(usize::from(local.segment), group.segment);
-                    assert_eq!(lanes.t[g * LANES + lane] * 32_768.0, f32::from(local.t15));
+                    assert_eq!(lanes.t[place] * 32_768.0, f32::from(local.t15));
                     assert!((group.times[0]..=group.times[1]).contains(&pattern.tuples()[ix as usize].t15));
                     seen.push(ix);
                 }

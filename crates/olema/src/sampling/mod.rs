@@ -30,6 +30,7 @@ pub mod interval;
 pub mod lens;
 pub mod moving;
 pub mod nomotion;
+mod nomotion_lanes;
 mod packed;
 pub mod pattern;
 pub mod rasterizer;

@@ -9,7 +9,7 @@ use std::str::FromStr;
 
 use super::draw::{Kernels, Micropolygons, MovingDraw};
 use super::nomotion::{self, GridView, HitSink, SampleCounts};
-use super::{auto, boundingbox, interleave, interleave_lanes, interval, simple};
+use super::{auto, boundingbox, interleave, interleave_lanes, interval, nomotion_lanes, simple};
 use crate::error::Error;
 
 /// A way to find the samples that micropolygons cover.
@@ -140,6 +140,11 @@ impl Rasterizer {
 fn rasterize_still<S: HitSink>(draw: &MovingDraw, grid: GridView, counts: &mut SampleCounts, sink: &mut S) {
     let (facing, samples) = (draw.facing, draw.samples);
     if draw.micropolygons == Micropolygons::Quads {
+        if let Kernels::Lanes(level) = draw.kernels
+            && nomotion_lanes::takes(samples)
+        {
+            return nomotion_lanes::rasterize_grid(level, grid, facing, draw.skip, samples, counts, sink);
+        }
         return nomotion::rasterize_grid(grid, facing, draw.skip, samples, counts, sink);
     }
     for quad in 0..grid.m * grid.n {

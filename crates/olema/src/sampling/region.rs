@@ -4,6 +4,8 @@
 //! one array, so that inner loops neither hash nor permute.
 
 use super::pattern::SamplePattern;
+use super::tuple_lanes::pair;
+use crate::math::simd::LANES;
 
 /// Full-frame pixels `[x0, x1) x [y0, y1)`; they may be negative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +57,9 @@ impl Region {
 /// Tuples of a pattern up to which [`RegionSamples`] keeps a bit for each of them in each pixel.
 const MOST_HELD: usize = 1024;
 
+/// Pixels of a row for which [`RegionSamples`] tells how far right of the first one they are.
+pub(super) const MOST_STEPS_PX: usize = 32;
+
 /// Bits of a place in time, for N tuples.
 #[inline(always)]
 pub(super) fn held_log(num_tuples: usize) -> u32 {
@@ -77,6 +82,8 @@ pub struct RegionSamples {
     held: Vec<u64>,
     /// Place of each tuple in the order of time.
     place_in_time: Vec<u32>,
+    places: Vec<i32>,
+    steps: Vec<i32>,
     /// Permutation sets of the pattern tiles that the region overlaps, row by row from tile `first_tile`.
     sets: Vec<u32>,
     first_tile: [i32; 2],
@@ -93,6 +100,8 @@ impl RegionSamples {
             tuples: Vec::new(),
             held: Vec::new(),
             place_in_time: Vec::new(),
+            places: Vec::new(),
+            steps: Vec::new(),
             sets: Vec::new(),
             first_tile: [0; 2],
             tiles_across: 0,
@@ -135,6 +144,12 @@ impl RegionSamples {
                 }
             }
         }
+        self.places.clear();
+        self.places.extend(self.offsets.iter().map(|&[x, y]| pair(x.into(), y.into())));
+        self.places.resize(self.offsets.len() + LANES, 0);
+        self.steps.clear();
+        let num_steps = MOST_STEPS_PX * num_strata as usize + LANES;
+        self.steps.extend((0..num_steps).map(|j| pair((j / num_strata as usize) as i32 * 256, 0)));
         if !self.held.is_empty() {
             for (pixel_ix, tuples) in self.tuples.chunks(num_strata as usize).enumerate() {
                 for &ix in tuples {
@@ -143,6 +158,19 @@ impl RegionSamples {
                 }
             }
         }
+    }
+
+    /// Place of each sample in its pixel as a pair of 16 bits, and 16 more of any.
+    #[inline(always)]
+    pub(super) fn places(&self) -> &[i32] {
+        &self.places
+    }
+
+    /// For sample j of a row of pixels what its pixel is right of the first one, in 1/256 px as a pair of 16 bits; for
+    /// [`MOST_STEPS_PX`] pixels and 16 samples more.
+    #[inline(always)]
+    pub(super) fn steps(&self) -> &[i32] {
+        &self.steps
     }
 
     /// Which pixel holds which tuple, a bit each; see the field.

@@ -7,6 +7,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use olema::math::lanes::Lanes;
 use olema::math::simd::SimdLevel;
 use olema::sampling::nomotion::{Facing, HitSink, SampleCounts};
 use olema::sampling::{
@@ -30,6 +31,13 @@ impl HitSink for Opaque<'_> {
     fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, _sign: i8) {
         let payload = Payload::new(0, self.micropolygon, triangle);
         self.buffer.offer(sample_ix, depth, payload, &|a: Payload, b: Payload| -> Ordering { a.0.cmp(&b.0) });
+    }
+
+    #[inline(always)]
+    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, _sign: [i8; 2]) {
+        let payloads = [0, 1].map(|triangle| Payload::new(0, self.micropolygon, triangle));
+        let order = |a: Payload, b: Payload| -> Ordering { a.0.cmp(&b.0) };
+        self.buffer.offer_lanes(lanes, first, hits, depth, payloads, &order);
     }
 }
 
@@ -69,42 +77,43 @@ fn all_kernels() -> Vec<(String, Kernels)> {
     all
 }
 
-fn bench(
-    c: &mut Criterion,
-    name: &str,
-    square: &Square,
-    rasterizer: Rasterizer,
-    side: u32,
-    keys: &[f32],
-) {
+fn bench(c: &mut Criterion, name: &str, square: &Square, rasterizer: Rasterizer, side: u32, keys: &[f32]) {
     let pattern = SamplePattern::new(PatternSpec { samples: [side, side], ..PatternSpec::default() });
     let times = TupleTimes::new(&pattern, keys);
     let region = Region::new(-48, 48, -48, 48);
     let samples = RegionSamples::new(&pattern, region);
     let mut buffer = SampleBuffer::new(region, samples.samples_per_pixel());
     let Square { x, y, depth, coc } = square;
+    let mut depth = depth.clone();
     let mut group = c.benchmark_group(name);
-    group.sample_size(20).warm_up_time(Duration::from_millis(150)).measurement_time(Duration::from_millis(500));
+    group
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(150))
+        .measurement_time(Duration::from_millis(500));
     group.throughput(Throughput::Elements((SIDE * SIDE) as u64));
     for (level, kernels) in all_kernels() {
-        let draw = MovingDraw {
-            grid: MovingGrid { m: SIDE, n: SIDE, times: &times, x, y, depth, coc },
-            pattern: &pattern,
-            samples: &samples,
-            facing: Facing::Any,
-            skip: None,
-            micropolygons: Micropolygons::Quads,
-            times: MovingDraw::ALL_TIMES,
-            kernels,
-        };
         group.bench_function(BenchmarkId::from_parameter(level), |b| {
             b.iter(|| {
+                // Nearer each time, so that each hit is kept: equal depths are rare, and another path.
+                depth.iter_mut().for_each(|z| *z -= 1e-4);
+                let draw = MovingDraw {
+                    grid: MovingGrid { m: SIDE, n: SIDE, times: &times, x, y, depth: &depth, coc },
+                    pattern: &pattern,
+                    samples: &samples,
+                    facing: Facing::Any,
+                    skip: None,
+                    micropolygons: Micropolygons::Quads,
+                    times: MovingDraw::ALL_TIMES,
+                    kernels,
+                };
                 let mut counts = SampleCounts::default();
                 let mut sink = Opaque { buffer: &mut buffer, micropolygon: 0 };
                 rasterizer.rasterize(black_box(&draw), &mut counts, &mut sink).expect("suited");
                 counts
             });
         });
+        buffer.renew(region);
+        depth.clone_from(&square.depth);
     }
     group.finish();
 }

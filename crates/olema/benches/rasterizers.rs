@@ -10,8 +10,8 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use olema::sampling::nomotion::{Facing, HitSink, SampleCounts};
 use olema::sampling::{
-    Kernels, Micropolygons, MovingDraw, MovingGrid, PatternSpec, Rasterizer, Region, RegionSamples, SamplePattern,
-    TupleTimes,
+    Kernels, Micropolygons, MovingDraw, MovingGrid, PatternSpec, Rasterizer, Region, RegionSamples,
+    SamplePattern, TupleTimes,
 };
 
 const SIDE: usize = 16;

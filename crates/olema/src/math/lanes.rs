@@ -102,6 +102,8 @@ pub trait Lanes: Copy {
     fn div_f(self, a: Self::F, b: Self::F) -> Self::F;
     /// Where a < b; not where either is no number.
     fn lt_f(self, a: Self::F, b: Self::F) -> Self::M;
+    /// Where a = b.
+    fn eq_f(self, a: Self::F, b: Self::F) -> Self::M;
     /// `a` where `m`, else `b`.
     fn select_f(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// `b` unless `a` is below it.
@@ -279,6 +281,10 @@ impl<S: Simd> Lanes for S {
     #[inline(always)]
     fn lt_f(self, a: Self::F, b: Self::F) -> Self::M {
         a.simd_lt(b)
+    }
+    #[inline(always)]
+    fn eq_f(self, a: Self::F, b: Self::F) -> Self::M {
+        a.simd_eq(b)
     }
     #[inline(always)]
     fn select_f(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F {

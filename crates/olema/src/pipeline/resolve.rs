@@ -61,7 +61,7 @@ pub fn composite_pass(context: &DrawContext, buffers: &mut TileBuffers, colors: 
 
 /// Puts the nearest opaque surfaces behind everything.
 pub fn composite_opaque(context: &DrawContext, buffers: &TileBuffers, colors: &mut [SampleColor]) {
-    for (ix, record) in buffers.nearest.records().iter().enumerate() {
+    for (ix, record) in buffers.nearest.records().enumerate() {
         if record.is_none() {
             continue;
         }

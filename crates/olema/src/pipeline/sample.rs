@@ -10,11 +10,12 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::geometry::RasterCamera;
+use crate::math::lanes::Lanes;
 use crate::sampling::interleave::rasterize_tuple;
-use crate::sampling::nomotion::{Facing, HitSink, SampleCounts, rasterize_triangle};
+use crate::sampling::nomotion::{Facing, HitSink, SampleCounts, each_hit, rasterize_triangle};
 use crate::sampling::{
-    Kernels, Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, RegionSamples, SampleBuffer, SamplePattern,
-    TransparentRecord, TransparentRecords, TupleTimes,
+    Kernels, Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, RegionSamples, SampleBuffer,
+    SamplePattern, TransparentRecord, TransparentRecords, TupleTimes,
 };
 use crate::scene::Sides;
 
@@ -220,7 +221,7 @@ impl TileBuffers {
 
     /// Lets go of grids that no record names any more, so that memory does not grow with depth complexity.
     pub fn drop_hidden_grids(&mut self) {
-        let opaque = self.nearest.records().iter().filter(|r| !r.is_none()).map(|r| r.payload);
+        let opaque = self.nearest.records().filter(|r| !r.is_none()).map(|r| r.payload);
         let transparent = self.transparent.records().iter().map(|r| r.payload);
         self.slots.retain_used(opaque.chain(transparent));
     }
@@ -309,5 +310,15 @@ impl HitSink for Sink<'_> {
             let record = TransparentRecord { sample_ix: sample_ix as u32, depth, payload };
             self.transparent.push(record, self.nearest, &order);
         }
+    }
+
+    #[inline(always)]
+    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, sign: [i8; 2]) {
+        if !self.opaque {
+            return each_hit(self, lanes, first, hits, depth, sign);
+        }
+        let of = |triangle: u8| Payload::new(self.slot, self.micropolygon, self.triangle.unwrap_or(triangle));
+        let slots = self.slots;
+        self.nearest.offer_lanes(lanes, first, hits, depth, [of(0), of(1)], &|a, b| slots.order(a, b));
     }
 }

@@ -68,13 +68,7 @@ struct Scratch {
 
 impl Scratch {
     fn new() -> Self {
-        Scratch {
-            placed: [[0; PLACED]; 4],
-            code: [0; LIST],
-            place: [0; LIST],
-            len: 0,
-            kept: [0; LIST],
-        }
+        Scratch { placed: [[0; PLACED]; 4], code: [0; LIST], place: [0; LIST], len: 0, kept: [0; LIST] }
     }
 }
 
@@ -159,13 +153,7 @@ impl<S: HitSink> Kernel<'_, S> {
 
     /// Positions and boxes for the tuples of a group.
     #[inline(always)]
-    fn place<L: Lanes>(
-        &mut self,
-        lanes: L,
-        packed: PackedQuad,
-        group: &TupleGroup,
-        slot: usize,
-    ) -> Boxed<L> {
+    fn place<L: Lanes>(&mut self, lanes: L, packed: PackedQuad, group: &TupleGroup, slot: usize) -> Boxed<L> {
         let (time, lens) = (lanes.load(&group.time, 0), lanes.load(&group.lens, 0));
         let mut at = [lanes.splat(0); 4];
         for (corner, at) in at.iter_mut().enumerate() {

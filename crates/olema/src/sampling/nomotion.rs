@@ -22,27 +22,32 @@ pub trait HitSink {
     /// from side `sign` (see [`super::inside`]).
     fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, sign: i8);
 
-    /// Sample `first + i` is hit by triangle 0 where bit i of `hit0` is set, by triangle 1 where bit i of `hit1` is (not
-    /// both), at the depth in lane i; `sign` is that of each triangle. Has to be `#[inline(always)]`.
+    /// Sample `first + i` is hit by triangle 0 where bit i of `hits[0]` is set, by triangle 1 where that of `hits[1]` is
+    /// (not both), at the depth in lane i; `sign` is that of each triangle. Has to be `#[inline(always)]`.
     #[inline(always)]
-    fn hits<L: Lanes>(
-        &mut self,
-        lanes: L,
-        first: usize,
-        hit0: u32,
-        hit1: u32,
-        depth: L::F,
-        sign: [i8; 2],
-    ) {
-        let mut depths = [0.0; LANES];
-        lanes.store_f(depth, &mut depths, 0);
-        let mut bits = hit0 | hit1;
-        while bits != 0 {
-            let lane = bits.trailing_zeros() as usize & (LANES - 1);
-            let triangle = (hit1 >> lane & 1) as usize;
-            self.hit(first + lane, depths[lane], triangle as u8, sign[triangle]);
-            bits &= bits - 1;
-        }
+    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, sign: [i8; 2]) {
+        each_hit(self, lanes, first, hits, depth, sign);
+    }
+}
+
+/// [`HitSink::hits`] one by one.
+#[inline(always)]
+pub fn each_hit<L: Lanes>(
+    sink: &mut (impl HitSink + ?Sized),
+    lanes: L,
+    first: usize,
+    [hit0, hit1]: [u32; 2],
+    depth: L::F,
+    sign: [i8; 2],
+) {
+    let mut depths = [0.0; LANES];
+    lanes.store_f(depth, &mut depths, 0);
+    let mut bits = hit0 | hit1;
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize & (LANES - 1);
+        let triangle = (hit1 >> lane & 1) as usize;
+        sink.hit(first + lane, depths[lane], triangle as u8, sign[triangle]);
+        bits &= bits - 1;
     }
 }
 

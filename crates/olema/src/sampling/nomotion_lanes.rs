@@ -120,18 +120,15 @@ impl Half {
 impl<S: HitSink> Kernel<'_, S> {
     #[inline(always)]
     fn draw_quad<L: Lanes>(&mut self, lanes: L, x: [i32; 4], y: [i32; 4], z: [f32; 4]) {
-        let range = |v: [i32; 4]| {
-            [v[0].min(v[1]).min(v[2].min(v[3])), v[0].max(v[1]).max(v[2].max(v[3]))]
-        };
+        let range = |v: [i32; 4]| [v[0].min(v[1]).min(v[2].min(v[3])), v[0].max(v[1]).max(v[2].max(v[3]))];
         let ([x_least, x_most], [y_least, y_most]) = (range(x), range(y));
         if x_most - x_least > MOST || y_most - y_least > MOST {
             let (counts, sink) = (&mut *self.counts, &mut *self.sink);
             let xy = [[x[0], y[0]], [x[1], y[1]], [x[2], y[2]], [x[3], y[3]]];
             return draw_scalar(xy, z, self.facing, self.samples, counts, sink);
         }
-        let cross = |a: usize, b: usize, c: usize| {
-            (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a])
-        };
+        let cross =
+            |a: usize, b: usize, c: usize| (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]);
         let halves = [
             Half::new(cross(0, 1, 2), [z[0], z[1], z[2]], self.facing),
             Half::new(cross(0, 2, 3), [z[0], z[2], z[3]], self.facing),
@@ -181,7 +178,8 @@ impl<S: HitSink> Kernel<'_, S> {
         };
         let ((d01, c01, tie01), (d12, c12, _), (d20, c20, tie20)) = (edge(0, 1), edge(1, 2), edge(2, 0));
         let ((d23, c23, _), (d30, c30, tie30)) = (edge(2, 3), edge(3, 0));
-        let (drawn0, drawn1) = (0u32.wrapping_sub(halves[0].is_drawn.into()), 0u32.wrapping_sub(halves[1].is_drawn.into()));
+        let (drawn0, drawn1) =
+            (0u32.wrapping_sub(halves[0].is_drawn.into()), 0u32.wrapping_sub(halves[1].is_drawn.into()));
         let mut first_of_row = samples.region.pixel_ix(px, py) * num_strata;
         for row in 0..num_rows {
             for j in (0..num).step_by(LANES) {
@@ -211,10 +209,10 @@ impl<S: HitSink> Kernel<'_, S> {
                 let sign = [halves[0].area.signum() as i8, halves[1].area.signum() as i8];
                 if hit0 & hit1 == 0 {
                     let depth = lanes.select_f(lanes.mask(hit0), depth0, depth1);
-                    self.sink.hits(lanes, first, hit0, hit1, depth, sign);
+                    self.sink.hits(lanes, first, [hit0, hit1], depth, sign);
                 } else {
-                    self.sink.hits(lanes, first, hit0, 0, depth0, sign);
-                    self.sink.hits(lanes, first, 0, hit1, depth1, sign);
+                    self.sink.hits(lanes, first, [hit0, 0], depth0, sign);
+                    self.sink.hits(lanes, first, [0, hit1], depth1, sign);
                 }
             }
             first_of_row += samples.region.width() * num_strata;

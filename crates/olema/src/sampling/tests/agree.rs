@@ -8,8 +8,8 @@ use crate::sampling::inside::GUARD_BAND;
 use crate::sampling::moving::COC_LIMIT;
 use crate::sampling::nomotion::{Facing, SampleCounts};
 use crate::sampling::{
-    Kernels, Micropolygons, MovingDraw, PatternSpec, Rasterizer, Region, RegionSamples, SamplePattern, TupleTimes,
-    Unsuited,
+    Kernels, Micropolygons, MovingDraw, PatternSpec, Rasterizer, Region, RegionSamples, SamplePattern,
+    TupleTimes, Unsuited,
 };
 
 const ALL: [Rasterizer; 6] = [

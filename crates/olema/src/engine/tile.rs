@@ -16,7 +16,7 @@ use crate::pipeline::shade::shade;
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::pipeline::{Grid, GridKey};
 use crate::sampling::nomotion::SampleCounts;
-use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
+use crate::sampling::{Kernels, Region, RegionSamples, SampleBuffer, TransparentRecords};
 use crate::stats::Stats;
 
 use super::cache::{GridCache, Lookup};
@@ -151,7 +151,8 @@ impl<'a> TileWorker<'a> {
             self.stats.peels += 1;
         }
         let watch = Stopwatch::new(self.hooks);
-        composite_opaque(&self.frame.draw_context(), &self.buffers, &mut self.colors);
+        let kernels = Kernels::default();
+        composite_opaque(&self.frame.draw_context(), &self.buffers, kernels, &mut self.colors);
         self.stats.seconds.resolve += watch.seconds();
         let counts = self.buffers.counts;
         self.stats.sample_tests += counts.tests;

@@ -12,6 +12,12 @@ use fearless_simd::{Bytes, Level, Simd, SimdBase, f32x16, i16x32, i32x8, i32x16,
 
 use super::simd::LANES;
 
+/// x and y, each in -2^15..2^15, as a pair.
+#[inline(always)]
+pub fn pair(x: i32, y: i32) -> i32 {
+    (x & 0xffff) | y << 16
+}
+
 /// A set of vector instructions.
 pub trait Lanes: Copy {
     /// 16 integers, or 16 pairs of 16 bits.
@@ -83,6 +89,12 @@ pub trait Lanes: Copy {
     fn scale2(self, a: Self::I, b: Self::I) -> Self::I;
     /// a.x b.x + a.y b.y.
     fn dot2(self, a: Self::I, b: Self::I) -> Self::I;
+    /// A pair turned to (y, -x): `dot2(b, turned(a))` is the cross product b x a.
+    #[inline(always)]
+    fn turned(self, a: Self::I) -> Self::I {
+        let low = self.and(self.shr(a, 16), self.splat(0xffff));
+        self.or(low, self.shl(self.sub(self.splat(0), a), 16))
+    }
 
     /// The same float in all lanes.
     fn splat_f(self, value: f32) -> Self::F;

@@ -171,6 +171,12 @@ impl SampleBuffer {
             .map(|(&depth, &payload)| Record { depth, payload: Payload(payload as u32) })
     }
 
+    /// Payloads of all records as integers, and 16 more.
+    #[inline(always)]
+    pub(crate) fn payloads(&self) -> &[i32] {
+        &self.payloads
+    }
+
     /// The record of a sample.
     #[inline(always)]
     pub fn get(&self, sample_ix: usize) -> Record {

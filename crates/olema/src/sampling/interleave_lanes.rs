@@ -309,8 +309,8 @@ impl<S: HitSink> Kernel<'_, S> {
                 chunk.sample[lane] = (pixel * num_strata) as i32 + stratum[tuple];
                 chunk.place[lane] = place[i];
                 let slot = (tuple - first_tuple) & (PLACED - 1);
-                for corner in 0..4 {
-                    chunk.at[corner][lane] = placed[corner][slot];
+                for (at, placed) in chunk.at.iter_mut().zip(placed.iter()) {
+                    at[lane] = placed[slot];
                 }
                 chunk.t[lane] = t[tuple];
             }

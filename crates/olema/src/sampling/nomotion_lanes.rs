@@ -13,8 +13,7 @@
 use super::inside::{greater, lesser};
 use super::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_quad};
 use super::region::{MOST_STEPS_PX, RegionSamples};
-use super::tuple_lanes::pair;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, pair};
 use crate::math::simd::{LANES, LanesKernel, SimdLevel};
 
 /// Longest side of a box in 1/256 px.

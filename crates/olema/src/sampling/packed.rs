@@ -11,7 +11,7 @@
 use super::draw::MovingDraw;
 use super::moving::{Extent, MovingGrid};
 use super::region::Region;
-use super::tuple_lanes::pair;
+use crate::math::lanes::pair;
 
 /// Greatest distance in 1/256 px: 125 px.
 pub(super) const MOST: i32 = 32_000;

@@ -4,7 +4,7 @@
 //! one array, so that inner loops neither hash nor permute.
 
 use super::pattern::SamplePattern;
-use super::tuple_lanes::pair;
+use crate::math::lanes::pair;
 use crate::math::simd::LANES;
 
 /// Full-frame pixels `[x0, x1) x [y0, y1)`; they may be negative.
@@ -162,14 +162,14 @@ impl RegionSamples {
 
     /// Place of each sample in its pixel as a pair of 16 bits, and 16 more of any.
     #[inline(always)]
-    pub(super) fn places(&self) -> &[i32] {
+    pub(crate) fn places(&self) -> &[i32] {
         &self.places
     }
 
     /// For sample j of a row of pixels what its pixel is right of the first one, in 1/256 px as a pair of 16 bits; for
     /// [`MOST_STEPS_PX`] pixels and 16 samples more.
     #[inline(always)]
-    pub(super) fn steps(&self) -> &[i32] {
+    pub(crate) fn steps(&self) -> &[i32] {
         &self.steps
     }
 

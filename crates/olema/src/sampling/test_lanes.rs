@@ -57,13 +57,6 @@ impl Depths {
     }
 }
 
-/// A pair turned to (y, -x): its dot product with another is their cross product, other x this.
-#[inline(always)]
-fn turned<L: Lanes>(lanes: L, a: L::I) -> L::I {
-    let low = lanes.and(lanes.shr(a, 16), lanes.splat(0xffff));
-    lanes.or(low, lanes.shl(lanes.sub(lanes.splat(0), a), 16))
-}
-
 /// Where the perturbed sign of an edge function is negative; the edge runs between vertices with these keys.
 #[inline(always)]
 fn below<L: Lanes>(lanes: L, e: L::I, from: L::I, to: L::I) -> u32 {
@@ -101,7 +94,7 @@ pub(super) fn test<L: Lanes, S: HitSink>(
     for corner in 0..4 {
         let at = lanes.load(&kept.at[corner], 0);
         rel[corner] = lanes.sub2(at, place);
-        turn[corner] = turned(lanes, rel[corner]);
+        turn[corner] = lanes.turned(rel[corner]);
         // What decides where a sample is on an edge: y, then against x (see `inside`).
         key[corner] = lanes.xor(at, lanes.splat(0x7fff));
     }

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::moving::LocalTime;
 use super::pattern::SamplePattern;
+use crate::math::lanes::pair;
 use crate::math::simd::LANES;
 
 /// Up to 16 tuples of one motion segment; what follows them in a last group is never looked at.
@@ -44,12 +45,6 @@ pub(super) struct TupleLanes {
     pub t: Vec<f32>,
     /// Stratum.
     pub stratum: Vec<i32>,
-}
-
-/// x and y, each in -2^15..2^15, as halves of 32 bits.
-#[inline(always)]
-pub(super) fn pair(x: i32, y: i32) -> i32 {
-    (x & 0xffff) | y << 16
 }
 
 impl TupleLanes {

@@ -28,7 +28,7 @@ fn stages(c: &mut Criterion) {
         b.iter_batched(|| bench.dice(&pieces), |diced| bench.shade(diced), criterion::BatchSize::LargeInput);
     });
     let grids = bench.shade(bench.dice(&pieces));
-    let micropolygons = grids.iter().map(|g| g.num_micropolygons() as u64).sum();
+    let micropolygons = grids.iter().map(|(g, _)| g.grid.num_micropolygons() as u64).sum();
     group.throughput(Throughput::Elements(micropolygons));
     group.bench_function("sample", |b| b.iter(|| bench.sample(&grids)));
     let buffers = bench.sample(&grids).expect("few enough grids");

@@ -12,7 +12,7 @@ use olema::pipeline::{Grid, Piece};
 use olema::sampling::inside::edge;
 use olema::sampling::moving::Extent;
 use olema::sampling::nomotion::{Facing, HitSink, SampleCounts};
-use olema::sampling::{Micropolygons, MovingDraw, Rasterizer, Region, RegionSamples};
+use olema::sampling::{Kernels, Micropolygons, MovingDraw, Rasterizer, Region, RegionSamples};
 use olema::scene::Geometry;
 use olema::{Error, Scene, Settings};
 
@@ -169,6 +169,7 @@ pub fn signed_hits(scene: &Scene, settings: &Settings, broken: Option<Broken>) -
             skip: None,
             micropolygons: Micropolygons::Quads,
             times: MovingDraw::ALL_TIMES,
+            kernels: Kernels::default(),
         };
         let by = context.rasterizer.rasterize(&draw, &mut SampleCounts::default(), counts);
         report.by_interval += u64::from(by == Ok(Rasterizer::Interval));

@@ -10,8 +10,8 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use olema::sampling::nomotion::{Facing, HitSink, SampleCounts};
 use olema::sampling::{
-    Micropolygons, MovingDraw, MovingGrid, PatternSpec, Rasterizer, Region, RegionSamples, SamplePattern,
-    TupleTimes,
+    Kernels, Micropolygons, MovingDraw, MovingGrid, PatternSpec, Rasterizer, Region, RegionSamples,
+    SamplePattern, TupleTimes,
 };
 
 const SIDE: usize = 16;
@@ -80,6 +80,7 @@ fn rasterizers(c: &mut Criterion) {
                     skip: None,
                     micropolygons,
                     times: MovingDraw::ALL_TIMES,
+                    kernels: Kernels::default(),
                 };
                 let mut sink = Depths(vec![f32::INFINITY; samples.len()]);
                 let mut run = || {

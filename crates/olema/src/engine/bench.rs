@@ -13,7 +13,7 @@ use crate::pipeline::sample::{DrawContext, GridSlots, SlotsFull, TileBuffers, Us
 use crate::pipeline::shade::{Colors, ShadedGrid};
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::sampling::nomotion::SampleCounts;
-use crate::sampling::{RegionSamples, SampleBuffer, TransparentRecords};
+use crate::sampling::{Kernels, RegionSamples, SampleBuffer, TransparentRecords};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::stats::Stats;
@@ -117,11 +117,22 @@ impl<'a> Bench<'a> {
         Ok(buffers)
     }
 
+    /// Colours of the samples that `sample` drew, bit by bit.
+    pub fn composite(&self, buffers: &TileBuffers, kernels: Kernels) -> Vec<[u32; 7]> {
+        let mut colors = vec![SampleColor::EMPTY; buffers.samples.len()];
+        composite_opaque(&self.frame.draw_context(), buffers, kernels, &mut colors);
+        let bits = |s: &SampleColor| {
+            let ([r, g, b], [tr, tg, tb]) = (s.color, s.transmittance);
+            [r, g, b, tr, tg, tb, s.depth].map(f32::to_bits)
+        };
+        colors.iter().map(bits).collect()
+    }
+
     /// Composites and filters what `sample` drew.
     pub fn resolve(&self, buffers: &TileBuffers) -> Vec<Pixel> {
         let frame = &self.frame;
         let mut colors = vec![SampleColor::EMPTY; buffers.samples.len()];
-        composite_opaque(&frame.draw_context(), buffers, &mut colors);
+        composite_opaque(&frame.draw_context(), buffers, Kernels::default(), &mut colors);
         let mut pixels = Vec::new();
         filter_pixels(&frame.filter, &buffers.samples, &colors, frame.tiles.window, &mut pixels);
         pixels

@@ -16,7 +16,7 @@ use crate::pipeline::split::{Fate, SplitContext};
 use crate::pipeline::sweep::Sweep;
 use crate::pipeline::{Grid, GridKey};
 use crate::sampling::nomotion::SampleCounts;
-use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
+use crate::sampling::{Kernels, Region, RegionSamples, SampleBuffer, TransparentRecords};
 use crate::settings::Shade;
 use crate::stats::{Occlusion, OcclusionAt, Stats};
 
@@ -174,7 +174,8 @@ impl<'a> TileWorker<'a> {
         }
         self.shade_used();
         let watch = Stopwatch::new(self.hooks);
-        composite_opaque(&self.frame.draw_context(), &self.buffers, &mut self.colors);
+        let kernels = Kernels::default();
+        composite_opaque(&self.frame.draw_context(), &self.buffers, kernels, &mut self.colors);
         self.stats.seconds.resolve += watch.seconds();
         let counts = self.buffers.counts;
         self.stats.sample_tests += counts.tests;

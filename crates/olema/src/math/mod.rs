@@ -3,6 +3,7 @@
 pub mod function;
 mod function64;
 pub mod hash;
+pub mod lanes;
 pub mod matrix;
 pub mod noise;
 pub mod noise_lanes;

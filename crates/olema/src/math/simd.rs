@@ -6,6 +6,8 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use super::lanes::Lanes;
+
 /// Values that a kernel handles at a time. Lists are padded to a multiple of it, since a rest that is done value by
 /// value costs more than lanes that nobody reads.
 pub const LANES: usize = 16;
@@ -37,12 +39,40 @@ impl SimdLevel {
         levels
     }
 
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        match self.0 {
+            Level::Avx512(_) => return "avx512",
+            Level::Avx2(_) => return "avx2",
+            Level::Sse4_2(_) => return "sse4.2",
+            _ => {}
+        }
+        "baseline"
+    }
+
     /// Runs `kernel` with these instructions. They reach only what is inlined into it: it has to be a closure with
     /// `#[inline(always)]`, and so has everything that it calls.
     #[inline(always)]
     pub fn run<R>(self, kernel: impl FnOnce() -> R) -> R {
         dispatch!(self.0, _ => kernel())
     }
+
+    /// Runs a kernel that is written in [`Lanes`] with these instructions. What it calls has to be
+    /// `#[inline(always)]`, as in [`Self::run`].
+    #[inline(always)]
+    pub fn run_lanes<K: LanesKernel>(self, kernel: K) -> K::Output {
+        dispatch!(self.0, simd => kernel.run(simd))
+    }
+}
+
+/// A kernel written once for every level; its arguments are its fields.
+pub trait LanesKernel {
+    /// What it gives.
+    type Output;
+
+    /// Runs it; has to be `#[inline(always)]`.
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 
 impl Default for SimdLevel {

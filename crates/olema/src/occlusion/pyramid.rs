@@ -234,7 +234,7 @@ impl TzPyramid {
                 }
                 continue;
             };
-            for (&tuple, record) in tuples.iter().zip(&buffer.records()[row]) {
+            for (&tuple, record) in tuples.iter().zip(buffer.records_of(row)) {
                 let slot = &mut slots[usize::from(of_tuple[tuple as usize])];
                 *slot = farther(*slot, record.depth);
                 nearest = if record.depth < nearest { record.depth } else { nearest };

@@ -145,7 +145,7 @@ impl TzPyramid {
             for px in x.max(x0)..=(x + 1).min(x1) {
                 let first = region.pixel_ix(px, py) * m;
                 let tuples = samples.tuples[first..first + m].iter();
-                for (record, &tuple) in buffer.records()[first..first + m].iter().zip(tuples) {
+                for (record, &tuple) in buffer.records_of(first..first + m).zip(tuples) {
                     if usize::from(self.slices.of_tuple()[tuple as usize]) == slice {
                         reads.samples += 1;
                         looked_at += 1;

@@ -87,7 +87,7 @@ impl Tile {
 
     /// Writes every record again, so that all are marked.
     fn mark_all(&mut self) {
-        let records = self.buffer.records().to_vec();
+        let records = self.buffer.records().collect::<Vec<_>>();
         self.buffer.renew(self.samples.region);
         for (ix, record) in records.iter().enumerate().filter(|(_, record)| !record.is_none()) {
             self.offer(ix, record.depth);

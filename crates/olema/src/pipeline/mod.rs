@@ -21,6 +21,7 @@ pub mod piece;
 pub mod primvar;
 pub mod rate;
 pub mod resolve;
+mod resolve_lanes;
 pub mod sample;
 pub mod shade;
 pub mod split;

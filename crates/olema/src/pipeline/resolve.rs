@@ -2,11 +2,12 @@
 //!
 //! In: a tile's buffers. Out: colour and alpha of each sample (opaque and transparent records composited in
 //! depth order), then filtered pixels. Every sum runs over rows, columns and samples in this order, whatever
-//! the tile, so that a pixel has the same bits in every tiling.
+//! the tile, so that a pixel has the same bits in every tiling. Opaque surfaces are composited in lanes by the twin
+//! `resolve_lanes`.
 
 use crate::image::Filter;
 use crate::sampling::inside::{barycentric, triangle_hit};
-use crate::sampling::{Payload, Region, RegionSamples, SamplePattern};
+use crate::sampling::{Kernels, Payload, Region, RegionSamples, SamplePattern};
 use crate::scene::ShadingInterpolation;
 
 use super::grid::Grid;
@@ -31,7 +32,7 @@ impl SampleColor {
 
     /// Puts a surface behind all that is here already.
     #[inline(always)]
-    fn behind(&mut self, color: [f32; 3], opacity: [f32; 3], depth: f32) {
+    pub(super) fn behind(&mut self, color: [f32; 3], opacity: [f32; 3], depth: f32) {
         for c in 0..3 {
             self.color[c] += self.transmittance[c] * color[c];
             self.transmittance[c] *= 1.0 - opacity[c];
@@ -63,23 +64,40 @@ pub fn composite_pass(context: &DrawContext, buffers: &mut TileBuffers, colors: 
 }
 
 /// Puts the nearest opaque surfaces behind everything.
-pub fn composite_opaque(context: &DrawContext, buffers: &TileBuffers, colors: &mut [SampleColor]) {
-    for (ix, record) in buffers.nearest.records().iter().enumerate() {
-        if record.is_none() {
-            continue;
-        }
-        let Some(surface) = buffers.slots.surface(record.payload) else { continue };
-        let grid = surface.0;
-        let (color, _) = match grid.look.interpolation {
-            ShadingInterpolation::Constant => flat(surface, record.payload),
-            ShadingInterpolation::Smooth => {
-                surface_at(context, surface, record.payload, &buffers.samples, ix)
-            }
-        };
-        // A hole hides what is behind it and is nothing itself.
-        let opacity = if grid.look.matte { [0.0; 3] } else { [1.0; 3] };
-        colors[ix].behind(color, opacity, record.depth);
+pub fn composite_opaque(
+    context: &DrawContext,
+    buffers: &TileBuffers,
+    kernels: Kernels,
+    colors: &mut [SampleColor],
+) {
+    if let Kernels::Lanes(level) = kernels {
+        return super::resolve_lanes::composite_opaque(level, context, buffers, colors);
     }
+    for (ix, sample) in colors.iter_mut().enumerate() {
+        composite_one(context, buffers, ix, sample);
+    }
+}
+
+/// Puts the nearest opaque surface of one sample behind everything.
+pub(super) fn composite_one(
+    context: &DrawContext,
+    buffers: &TileBuffers,
+    ix: usize,
+    sample: &mut SampleColor,
+) {
+    let record = buffers.nearest.get(ix);
+    if record.is_none() {
+        return;
+    }
+    let Some(surface) = buffers.slots.surface(record.payload) else { return };
+    let (color, _) = surface_at(context, surface, record.payload, &buffers.samples, ix);
+    sample.behind(color, opacity(surface.0), record.depth);
+}
+
+/// A hole hides what is behind it and is nothing itself.
+#[inline(always)]
+pub(super) fn opacity(grid: &Grid) -> [f32; 3] {
+    if grid.look.matte { [0.0; 3] } else { [1.0; 3] }
 }
 
 /// Colour and opacity of a micropolygon where sample `sample_ix` hit it.
@@ -132,7 +150,7 @@ fn slow_weights(
 }
 
 /// Colour and opacity of a micropolygon's first vertex.
-fn flat((grid, colors): (&Grid, &Colors), payload: Payload) -> ([f32; 3], [f32; 3]) {
+pub(super) fn flat((grid, colors): (&Grid, &Colors), payload: Payload) -> ([f32; 3], [f32; 3]) {
     let v0 = grid.corners(payload.micropolygon() as usize)[0];
     let opacity = &colors.opacity;
     let opacity = if opacity.is_empty() { [1.0; 3] } else { opacity.get(v0).to_array() };
@@ -145,8 +163,8 @@ pub struct FilterTable {
     filter: Filter,
     /// Pixels to each side whose samples can count.
     pub radius: [i32; 2],
-    /// Weight of tuple `t` in the pixel at offset (x, y): `[(t * height + y + ry) * width + x + rx]`; empty
-    /// where that would be too large.
+    /// Weight of tuple `t` in the pixel at offset (x, y): `[((y + ry) * width + x + rx) * N + t]`; empty where that
+    /// would be too large.
     weights: Vec<f32>,
     places: Vec<[u8; 2]>,
 }
@@ -163,9 +181,9 @@ impl FilterTable {
         let [width, height] = radius.map(|r| (2 * r + 1) as usize);
         if table.places.len().saturating_mul(width * height) <= MOST_WEIGHTS {
             let mut weights = Vec::with_capacity(table.places.len() * width * height);
-            for tuple in 0..table.places.len() as u32 {
-                for y in -radius[1]..=radius[1] {
-                    weights.extend((-radius[0]..=radius[0]).map(|x| table.compute(tuple, [x, y])));
+            for y in -radius[1]..=radius[1] {
+                for x in -radius[0]..=radius[0] {
+                    weights.extend((0..table.places.len() as u32).map(|tuple| table.compute(tuple, [x, y])));
                 }
             }
             table.weights = weights;
@@ -173,15 +191,12 @@ impl FilterTable {
         table
     }
 
-    /// Weight of a sample with tuple `tuple` in the pixel `offset` away from the one that is filtered.
+    /// Weights of all tuples in the pixel `offset` away from the one that is filtered, where they are tabulated.
     #[inline(always)]
-    fn weight(&self, tuple: u32, offset: [i32; 2]) -> f32 {
-        if self.weights.is_empty() {
-            return self.compute(tuple, offset);
-        }
-        let [width, height] = self.radius.map(|r| 2 * r + 1);
-        let row = tuple as i64 * i64::from(height) + i64::from(offset[1] + self.radius[1]);
-        self.weights[(row * i64::from(width) + i64::from(offset[0] + self.radius[0])) as usize]
+    fn of_offset(&self, [x, y]: [i32; 2]) -> Option<&[f32]> {
+        let (width, num) = (2 * self.radius[0] + 1, self.places.len());
+        let row = ((y + self.radius[1]) * width + x + self.radius[0]) as usize;
+        self.weights.get(row * num..(row + 1) * num)
     }
 
     fn compute(&self, tuple: u32, offset: [i32; 2]) -> f32 {
@@ -203,30 +218,71 @@ pub fn filter_pixels(
     interior: Region,
     pixels: &mut Vec<Pixel>,
 ) {
-    let per_pixel = samples.samples_per_pixel();
-    let region = samples.region;
+    let rgba: Vec<[f32; 4]> = colors
+        .iter()
+        .map(|sample| {
+            let [r, g, b] = sample.color;
+            [r, g, b, sample.alpha()]
+        })
+        .collect();
+    let filtered = Filtered { table, samples, colors, rgba: &rgba };
     for py in interior.y0..interior.y1 {
-        for px in interior.x0..interior.x1 {
-            let mut sum = [0.0f32; 4];
-            let mut total = 0.0f32;
-            for y in -table.radius[1]..=table.radius[1] {
-                for x in -table.radius[0]..=table.radius[0] {
-                    let first = region.pixel_ix(px + x, py + y) * per_pixel;
-                    let of_pixel = first..first + per_pixel;
-                    for (sample, &tuple) in colors[of_pixel.clone()].iter().zip(&samples.tuples[of_pixel]) {
-                        let weight = table.weight(tuple, [x, y]);
-                        let [r, g, b] = sample.color;
-                        total += weight;
-                        for (sum, value) in sum.iter_mut().zip([r, g, b, sample.alpha()]) {
-                            *sum += weight * value;
+        let mut px = interior.x0;
+        while px + TOGETHER as i32 <= interior.x1 {
+            pixels.extend(filtered.pixels::<TOGETHER>(px, py));
+            px += TOGETHER as i32;
+        }
+        pixels.extend((px..interior.x1).flat_map(|px| filtered.pixels::<1>(px, py)));
+    }
+}
+
+/// Pixels that are filtered together. Each is a sum in a fixed order, where every step waits for the one before.
+const TOGETHER: usize = 4;
+
+/// What pixels are filtered from.
+struct Filtered<'a> {
+    table: &'a FilterTable,
+    samples: &'a RegionSamples,
+    colors: &'a [SampleColor],
+    /// Colour and alpha of the samples.
+    rgba: &'a [[f32; 4]],
+}
+
+impl Filtered<'_> {
+    /// `NUM` pixels of a row from (px, py) on.
+    fn pixels<const NUM: usize>(&self, px: i32, py: i32) -> [Pixel; NUM] {
+        let Filtered { table, samples, colors, rgba } = self;
+        let per_pixel = samples.samples_per_pixel();
+        let mut sums = [[0.0f32; 4]; NUM];
+        let mut totals = [0.0f32; NUM];
+        for y in -table.radius[1]..=table.radius[1] {
+            for x in -table.radius[0]..=table.radius[0] {
+                let first = samples.region.pixel_ix(px + x, py + y) * per_pixel;
+                let (tuples, rgba) = (&samples.tuples[first..], &rgba[first..]);
+                let (tuples, rgba) = (&tuples[..NUM * per_pixel], &rgba[..NUM * per_pixel]);
+                let weights = table.of_offset([x, y]);
+                for j in 0..per_pixel {
+                    for i in 0..NUM {
+                        let (tuple, value) = (tuples[i * per_pixel + j], rgba[i * per_pixel + j]);
+                        let weight = match weights {
+                            Some(weights) => weights[tuple as usize],
+                            None => table.compute(tuple, [x, y]),
+                        };
+                        totals[i] += weight;
+                        for c in 0..4 {
+                            sums[i][c] += weight * value[c];
                         }
                     }
                 }
             }
-            let first = region.pixel_ix(px, py) * per_pixel;
-            let depth = colors[first..first + per_pixel].iter().fold(f32::INFINITY, |d, s| d.min(s.depth));
-            let scale = if total == 0.0 { 0.0 } else { 1.0 / total };
-            pixels.push([sum[0] * scale, sum[1] * scale, sum[2] * scale, sum[3] * scale, depth]);
         }
+        let first = samples.region.pixel_ix(px, py) * per_pixel;
+        std::array::from_fn(|i| {
+            let of_pixel = &colors[first + i * per_pixel..first + (i + 1) * per_pixel];
+            let depth = of_pixel.iter().fold(f32::INFINITY, |d, s| d.min(s.depth));
+            let scale = if totals[i] == 0.0 { 0.0 } else { 1.0 / totals[i] };
+            let sum = sums[i];
+            [sum[0] * scale, sum[1] * scale, sum[2] * scale, sum[3] * scale, depth]
+        })
     }
 }

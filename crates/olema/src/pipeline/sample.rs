@@ -11,11 +11,12 @@ use glam::Vec3;
 
 use crate::geometry::RasterCamera;
 use crate::math::Vec3s;
+use crate::math::lanes::Lanes;
 use crate::sampling::interleave::rasterize_tuple;
-use crate::sampling::nomotion::{Facing, HitSink, SampleCounts, rasterize_triangle};
+use crate::sampling::nomotion::{Facing, HitSink, SampleCounts, each_hit, rasterize_triangle};
 use crate::sampling::{
-    Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, RegionSamples, SampleBuffer, SamplePattern,
-    TransparentRecord, TransparentRecords, TupleTimes,
+    Kernels, Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, RegionSamples, SampleBuffer,
+    SamplePattern, TransparentRecord, TransparentRecords, TupleTimes,
 };
 use crate::scene::{ShadingInterpolation, Sides};
 
@@ -293,6 +294,7 @@ impl TileBuffers {
             micropolygons: Micropolygons::Quads,
             // Parts of the shutter are grown by more than this rounds off.
             times: times.map(|t| (t * 32_768.0).clamp(0.0, 32_767.0) as i16),
+            kernels: Kernels::default(),
         };
         let drawn = context.rasterizer.rasterize(&draw, &mut self.counts, &mut sink);
         debug_assert!(drawn.is_ok(), "settings were checked: {drawn:?}");
@@ -326,7 +328,7 @@ impl TileBuffers {
 
     /// Lets go of grids that no record names any more, so that memory does not grow with depth complexity.
     pub fn drop_hidden_grids(&mut self) {
-        let opaque = self.nearest.records().iter().filter(|r| !r.is_none()).map(|r| r.payload);
+        let opaque = self.nearest.records().filter(|r| !r.is_none()).map(|r| r.payload);
         let transparent = self.transparent.records().iter().map(|r| r.payload);
         self.slots.retain_used(opaque.chain(transparent));
     }
@@ -419,5 +421,16 @@ impl HitSink for Sink<'_> {
             let record = TransparentRecord { sample_ix: sample_ix as u32, depth, payload };
             self.transparent.push(record, self.nearest, &order);
         }
+    }
+
+    #[inline(always)]
+    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, sign: [i8; 2]) {
+        if !self.opaque {
+            return each_hit(self, lanes, first, hits, depth, sign);
+        }
+        let of = |triangle: u8| Payload::new(self.slot, self.micropolygon, self.triangle.unwrap_or(triangle));
+        let slots = self.slots;
+        self.kept |=
+            self.nearest.offer_lanes(lanes, first, hits, depth, [of(0), of(1)], &|a, b| slots.order(a, b));
     }
 }

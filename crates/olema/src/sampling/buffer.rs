@@ -5,8 +5,11 @@
 //! at resolve.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
 use super::region::Region;
+use crate::math::lanes::Lanes;
+use crate::math::simd::LANES;
 
 /// What was hit: grid slot, micropolygon and triangle in 32 bits.
 ///
@@ -93,7 +96,10 @@ impl Record {
 pub struct SampleBuffer {
     region: Region,
     samples_per_pixel: usize,
-    records: Vec<Record>,
+    len: usize,
+    /// Depths and payloads apart, so that kernels take 16 at a time; with 16 more that nobody reads.
+    depths: Vec<f32>,
+    payloads: Vec<i32>,
     /// Whether a record of each block was replaced since they were last cleared.
     written: Vec<bool>,
 }
@@ -104,23 +110,27 @@ impl SampleBuffer {
 
     /// An empty buffer of `samples_per_pixel` (M) records a pixel.
     pub fn new(region: Region, samples_per_pixel: usize) -> Self {
-        let records = vec![Record::NONE; region.num_pixels() * samples_per_pixel];
-        let written = vec![false; records.len().div_ceil(Self::BLOCK)];
-        SampleBuffer { region, samples_per_pixel, records, written }
+        let (depths, payloads, written) = (Vec::new(), Vec::new(), Vec::new());
+        let mut buffer = SampleBuffer { region, samples_per_pixel, len: 0, depths, payloads, written };
+        buffer.renew(region);
+        buffer
     }
 
     /// Empties the buffer for another region, in the same memory.
     pub fn renew(&mut self, region: Region) {
         self.region = region;
-        self.records.clear();
-        self.records.resize(region.num_pixels() * self.samples_per_pixel, Record::NONE);
+        self.len = region.num_pixels() * self.samples_per_pixel;
+        self.depths.clear();
+        self.depths.resize(self.len + LANES, Record::NONE.depth);
+        self.payloads.clear();
+        self.payloads.resize(self.len + LANES, Record::NONE.payload.0 as i32);
         self.written.clear();
-        self.written.resize(self.records.len().div_ceil(Self::BLOCK), false);
+        self.written.resize(self.len.div_ceil(Self::BLOCK) + 1, false);
     }
 
     /// Whether a record was replaced, for each [`Self::BLOCK`] of them, since [`Self::clear_written`].
     pub fn written(&self) -> &[bool] {
-        &self.written
+        &self.written[..self.len.div_ceil(Self::BLOCK)]
     }
 
     /// Takes all marks away.
@@ -138,21 +148,45 @@ impl SampleBuffer {
         self.samples_per_pixel
     }
 
+    /// Number of records.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
     /// All records.
-    pub fn records(&self) -> &[Record] {
-        &self.records
+    pub fn records(&self) -> impl ExactSizeIterator<Item = Record> + '_ {
+        self.records_of(0..self.len)
+    }
+
+    /// The records of a range of samples.
+    pub fn records_of(&self, samples: Range<usize>) -> impl ExactSizeIterator<Item = Record> + '_ {
+        let depths = self.depths[samples.clone()].iter();
+        depths
+            .zip(&self.payloads[samples])
+            .map(|(&depth, &payload)| Record { depth, payload: Payload(payload as u32) })
+    }
+
+    /// Payloads of all records as integers, and 16 more.
+    #[inline(always)]
+    pub(crate) fn payloads(&self) -> &[i32] {
+        &self.payloads
     }
 
     /// The record of a sample.
     #[inline(always)]
     pub fn get(&self, sample_ix: usize) -> Record {
-        self.records[sample_ix]
+        Record { depth: self.depths[sample_ix], payload: Payload(self.payloads[sample_ix] as u32) }
     }
 
     /// The M records of a pixel of the region.
-    pub fn pixel(&self, px: i32, py: i32) -> &[Record] {
+    pub fn pixel(&self, px: i32, py: i32) -> impl ExactSizeIterator<Item = Record> + '_ {
         let start = self.region.pixel_ix(px, py) * self.samples_per_pixel;
-        &self.records[start..start + self.samples_per_pixel]
+        self.records_of(start..start + self.samples_per_pixel)
     }
 
     /// Keeps the hit if it comes before what is there; returns whether it did.
@@ -167,13 +201,56 @@ impl SampleBuffer {
         payload: Payload,
         order: &impl Fn(Payload, Payload) -> Ordering,
     ) -> bool {
-        let record = &mut self.records[sample_ix];
-        let nearer = !depth.is_nan() && record.is_behind(depth, payload, order);
+        let nearer = !depth.is_nan() && self.get(sample_ix).is_behind(depth, payload, order);
         if nearer {
-            *record = Record { depth, payload };
+            self.depths[sample_ix] = depth;
+            self.payloads[sample_ix] = payload.0 as i32;
             self.written[sample_ix / Self::BLOCK] = true;
         }
         nearer
+    }
+
+    /// [`Self::offer`] for samples `first + i`, lane i of `depth`: with `payloads[0]` where bit i of `hit0` is set, with
+    /// `payloads[1]` where bit i of `hit1` is; not both. Whether any of them was kept.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    pub fn offer_lanes<L: Lanes>(
+        &mut self,
+        lanes: L,
+        first: usize,
+        [hit0, hit1]: [u32; 2],
+        depth: L::F,
+        payloads: [Payload; 2],
+        order: &impl Fn(Payload, Payload) -> Ordering,
+    ) -> bool {
+        let old = lanes.load_f(&self.depths, first);
+        let hit = hit0 | hit1;
+        let nearer = lanes.bits(lanes.lt_f(depth, old)) & hit;
+        // As near, or the first one although infinitely far: one by one.
+        let mut alike = lanes.bits(lanes.eq_f(depth, old)) & hit;
+        let mut kept = nearer != 0;
+        if kept {
+            let mask = lanes.mask(nearer);
+            let [payload0, payload1] = [lanes.splat(payloads[0].0 as i32), lanes.splat(payloads[1].0 as i32)];
+            let payload = lanes.select(lanes.mask(hit0), payload0, payload1);
+            let payload = lanes.select(mask, payload, lanes.load(&self.payloads, first));
+            lanes.store_f(lanes.select_f(mask, depth, old), &mut self.depths, first);
+            lanes.store(payload, &mut self.payloads, first);
+            let (block, marks) = (first / Self::BLOCK, nearer << (first % Self::BLOCK));
+            self.written[block] |= marks & 0xffff != 0;
+            self.written[block + 1] |= marks >> 16 != 0;
+        }
+        if alike != 0 {
+            let mut depths = [0.0; LANES];
+            lanes.store_f(depth, &mut depths, 0);
+            while alike != 0 {
+                let lane = alike.trailing_zeros() as usize & (LANES - 1);
+                let payload = payloads[(hit1 >> lane & 1) as usize];
+                kept |= self.offer(first + lane, depths[lane], payload, order);
+                alike &= alike - 1;
+            }
+        }
+        kept
     }
 }
 
@@ -185,11 +262,6 @@ mod tests {
     /// A canonical order that is not the order of the bits.
     fn order(a: Payload, b: Payload) -> Ordering {
         super::super::hash::mix(a.0).cmp(&super::super::hash::mix(b.0))
-    }
-
-    #[test]
-    fn a_record_is_eight_bytes() {
-        assert_eq!(size_of::<Record>(), 8);
     }
 
     #[test]
@@ -216,7 +288,7 @@ mod tests {
         assert!(buffer.offer(0, 3.0, Payload::new(2, 0, 0), &order));
         assert!(!buffer.offer(0, 3.0, Payload::new(2, 0, 0), &order));
         assert_eq!(
-            buffer.pixel(-1, 4),
+            buffer.pixel(-1, 4).collect::<Vec<_>>(),
             [Record { depth: 3.0, payload: Payload::new(2, 0, 0) }, Record::NONE]
         );
     }
@@ -232,7 +304,7 @@ mod tests {
                 for &(sample_ix, depth, slot) in hits {
                     buffer.offer(sample_ix, f32::from(depth), Payload::new(slot, 0, 0), &order);
                 }
-                buffer.records().to_vec()
+                buffer.records().collect::<Vec<_>>()
             };
             let mut shuffled = hits.clone();
             for (i, k) in swaps {

@@ -10,6 +10,7 @@ use super::moving::{Extent, MovingGrid};
 use super::nomotion::{Facing, HitSink, SampleCounts};
 use super::pattern::SamplePattern;
 use super::region::{Region, RegionSamples};
+use crate::math::simd::SimdLevel;
 
 /// What a micropolygon is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -19,6 +20,21 @@ pub enum Micropolygons {
     Quads,
     /// Each triangle of each quad, bounded and tested on its own.
     Triangles,
+}
+
+/// What does the work; the hits and the counts are the same.
+#[derive(Debug, Clone, Copy)]
+pub enum Kernels {
+    /// Plain scalar code, to be read and to hold the others to.
+    Scalar,
+    /// Vector instructions where a rasterizer has a kernel for the pattern and the grid fits, else scalar code.
+    Lanes(SimdLevel),
+}
+
+impl Default for Kernels {
+    fn default() -> Self {
+        Kernels::Lanes(SimdLevel::best())
+    }
 }
 
 /// A grid to draw, and where and how.
@@ -39,6 +55,8 @@ pub struct MovingDraw<'a> {
     /// First and last time (t15 of [`super::Tuple`]) at which a sample of the region can be hit: others are not
     /// looked at.
     pub times: [i16; 2],
+    /// What does the work.
+    pub kernels: Kernels,
 }
 
 impl MovingDraw<'_> {
@@ -60,7 +78,7 @@ impl MovingDraw<'_> {
 }
 
 /// A triangle of a quad: its number and its corners.
-type Triangle = (u8, [usize; 3]);
+pub(super) type Triangle = (u8, [usize; 3]);
 const FIRST: Triangle = (0, [0, 1, 2]);
 const SECOND: Triangle = (1, [0, 2, 3]);
 
@@ -70,7 +88,7 @@ pub struct Micropolygon<'a> {
     draw: &'a MovingDraw<'a>,
     /// Its vertices; a triangle has one of them twice, in place of the corner that it lacks.
     pub vertices: [usize; 4],
-    triangles: &'static [Triangle],
+    pub(super) triangles: &'static [Triangle],
 }
 
 impl<'a> MovingDraw<'a> {
@@ -119,8 +137,20 @@ impl<'a> MovingDraw<'a> {
 pub type Placed = [[i32; 2]; 4];
 
 impl Micropolygon<'_> {
+    /// The grid that it is of.
+    #[inline(always)]
+    pub(super) fn grid(&self) -> &MovingGrid<'_> {
+        &self.draw.grid
+    }
+
+    /// Sides of it that can be hit.
+    #[inline(always)]
+    pub(super) fn facing(&self) -> Facing {
+        self.draw.facing
+    }
+
     /// Whether no tuple can see a side of it that can be hit.
-    fn faces_away(&self) -> bool {
+    pub(super) fn faces_away(&self) -> bool {
         let Facing::Only(side) = self.draw.facing else { return false };
         let away = |&(_, corners): &Triangle| {
             never_faces(&self.draw.grid, corners.map(|corner| self.vertices[corner]), side)

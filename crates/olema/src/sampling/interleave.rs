@@ -5,7 +5,7 @@
 //!
 //! For each of the N tuples the micropolygon is where it is for that tuple, exactly. In each tile of K x K
 //! pixels that its box overlaps, the one sample with that tuple is tested. A sample beyond the region is not:
-//! the region that holds it does that.
+//! the region that holds it does that. Twin in lanes: [`super::interleave_lanes`].
 
 use super::draw::{Micropolygon, MovingDraw, Placed, Reach};
 use super::inside::{depth_at, triangle_hit};
@@ -19,14 +19,31 @@ pub const MAX_TILE: u32 = 8;
 
 /// Rasterizes a grid; K must be at most [`MAX_TILE`] for this to be of use.
 pub(super) fn rasterize<S: HitSink>(draw: &MovingDraw, counts: &mut SampleCounts, sink: &mut S) {
-    let all = 0..draw.pattern.tuples().len() as u32;
-    let tuples: Vec<u32> = all.filter(|&tuple_ix| draw.has_tuple(tuple_ix)).collect();
+    let tuples = tuples(draw);
     draw.for_each(counts, sink, |micropolygon, counts, sink| {
-        for &tuple_ix in &tuples {
-            let placed = micropolygon.place(tuple_ix);
-            test_tiles(draw, micropolygon, tuple_ix, &placed, counts, sink);
-        }
+        rasterize_micropolygon(draw, micropolygon, &tuples, counts, sink);
     });
+}
+
+/// The tuples that a draw looks at.
+pub(super) fn tuples(draw: &MovingDraw) -> Vec<u32> {
+    let all = 0..draw.pattern.tuples().len() as u32;
+    all.filter(|&tuple_ix| draw.has_tuple(tuple_ix)).collect()
+}
+
+/// Tests a micropolygon with each of `tuples`.
+#[inline(never)]
+pub(super) fn rasterize_micropolygon(
+    draw: &MovingDraw,
+    micropolygon: &Micropolygon,
+    tuples: &[u32],
+    counts: &mut SampleCounts,
+    sink: &mut impl HitSink,
+) {
+    for &tuple_ix in tuples {
+        let placed = micropolygon.place(tuple_ix);
+        test_tiles(draw, micropolygon, tuple_ix, &placed, counts, sink);
+    }
 }
 
 /// Tests the tuple's sample of each tile.
@@ -46,7 +63,7 @@ fn test_tiles(
 
 /// The sample with a tuple in each tile that a box overlaps: its index and its raster position.
 #[inline(always)]
-fn each_sample(
+pub(super) fn each_sample(
     pattern: &SamplePattern,
     samples: &RegionSamples,
     tuple_ix: u32,

@@ -22,6 +22,7 @@
 use super::inside::{GUARD_BAND, greater, lesser};
 use super::nomotion::GridView;
 use super::pattern::{SamplePattern, StratumBounds, Tuple};
+use super::tuple_lanes::TupleLanes;
 
 /// Largest radius of a circle of confusion, in 1/256 px.
 pub const COC_LIMIT: i32 = 1 << 28;
@@ -43,6 +44,7 @@ pub struct TupleTimes {
     key_times: Vec<f32>,
     tuples: Vec<LocalTime>,
     strata: Vec<[LocalTime; 2]>,
+    lanes: TupleLanes,
 }
 
 impl TupleTimes {
@@ -57,12 +59,19 @@ impl TupleTimes {
                     && key_times.windows(2).all(strictly)),
             "key times {key_times:?}"
         );
-        let mut times = TupleTimes { key_times: key_times.to_vec(), tuples: Vec::new(), strata: Vec::new() };
+        let (tuples, strata, lanes) = (Vec::new(), Vec::new(), TupleLanes::new(pattern, &[]));
+        let mut times = TupleTimes { key_times: key_times.to_vec(), tuples, strata, lanes };
         times.tuples = pattern.tuples().iter().map(|tuple| times.locate(tuple.t15)).collect();
         times.strata = (0..pattern.samples_per_pixel())
             .map(|stratum| pattern.stratum_bounds(stratum).t15.map(|t15| times.locate(t15)))
             .collect();
+        times.lanes = TupleLanes::new(pattern, &times.tuples);
         times
+    }
+
+    /// The tuples as vectors.
+    pub(super) fn lanes(&self) -> &TupleLanes {
+        &self.lanes
     }
 
     /// Times of the keys.

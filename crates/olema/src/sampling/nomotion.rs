@@ -1,7 +1,7 @@
 //! NoMotion, scalar: the rasterizer for micropolygons that stand still and are in focus.
 //!
 //! In: micropolygons in 1/256 px of raster space and the samples of a region. Out: hits, to a [`HitSink`],
-//! and [`SampleCounts`]. The oracle for faster rasterizers. Source: Fatahalian 2009, sections 3.1 and 4.1.
+//! and [`SampleCounts`]. The oracle for faster rasterizers; twin in lanes: [`super::nomotion_lanes`]. Source: Fatahalian 2009, sections 3.1 and 4.1.
 //!
 //! A micropolygon's bounding box is clamped to sub-pixel cells, not to pixels; the one sample in each cell
 //! that the box overlaps is tested exactly ([`super::inside`]). A sample counts as one test of a quad, although
@@ -10,6 +10,8 @@
 use super::inside::{Hit, depth_at, signed_area, triangle_hit};
 use super::region::RegionSamples;
 use super::strata::cells_of_positions;
+use crate::math::lanes::Lanes;
+use crate::math::simd::LANES;
 
 /// Where hits go.
 pub trait HitSink {
@@ -19,6 +21,34 @@ pub trait HitSink {
     /// Sample `sample_ix` of the region is hit at `depth`, by triangle 0 (v0, v1, v2) or 1 (v0, v2, v3), seen
     /// from side `sign` (see [`super::inside`]).
     fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, sign: i8);
+
+    /// Sample `first + i` is hit by triangle 0 where bit i of `hits[0]` is set, by triangle 1 where that of `hits[1]` is
+    /// (not both), at the depth in lane i; `sign` is that of each triangle. Has to be `#[inline(always)]`.
+    #[inline(always)]
+    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, sign: [i8; 2]) {
+        each_hit(self, lanes, first, hits, depth, sign);
+    }
+}
+
+/// [`HitSink::hits`] one by one.
+#[inline(always)]
+pub fn each_hit<L: Lanes>(
+    sink: &mut (impl HitSink + ?Sized),
+    lanes: L,
+    first: usize,
+    [hit0, hit1]: [u32; 2],
+    depth: L::F,
+    sign: [i8; 2],
+) {
+    let mut depths = [0.0; LANES];
+    lanes.store_f(depth, &mut depths, 0);
+    let mut bits = hit0 | hit1;
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize & (LANES - 1);
+        let triangle = (hit1 >> lane & 1) as usize;
+        sink.hit(first + lane, depths[lane], triangle as u8, sign[triangle]);
+        bits &= bits - 1;
+    }
 }
 
 /// Work done.

@@ -127,6 +127,7 @@ pub struct SamplePattern {
     tuples: Vec<Tuple>,
     bounds: Vec<StratumBounds>,
     permutations: Permutations,
+    by_time: Vec<u32>,
 }
 
 /// Entries up to which permutations are stored instead of computed (1 MiB in both directions together).
@@ -160,8 +161,10 @@ impl SamplePattern {
             append_stratum(&spec, &strata, stratum, &mut tuples);
         }
         let bounds = tuples.chunks(num_ranks as usize).map(bounds_of).collect();
+        let mut by_time: Vec<u32> = (0..tuples.len() as u32).collect();
+        by_time.sort_by_key(|&ix| (tuples[ix as usize].t15, ix));
         let mut pattern =
-            SamplePattern { spec, strata, tuples, bounds, permutations: Permutations::Computed };
+            SamplePattern { spec, strata, tuples, bounds, permutations: Permutations::Computed, by_time };
         let num_entries = u64::from(pattern.spec.permutations) * pattern.tuples.len() as u64;
         if num_entries <= STORED {
             pattern.permutations = Permutations::Stored(pattern.all_permutations());
@@ -195,6 +198,11 @@ impl SamplePattern {
     #[inline(always)]
     pub fn tuples(&self) -> &[Tuple] {
         &self.tuples
+    }
+
+    /// All tuples in order of time, equal times in order of their number.
+    pub fn by_time(&self) -> &[u32] {
+        &self.by_time
     }
 
     /// What the tuples of stratum j span in time and lens.

@@ -7,9 +7,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::draw::{Micropolygons, MovingDraw};
+use super::draw::{Kernels, Micropolygons, MovingDraw};
 use super::nomotion::{self, GridView, HitSink, SampleCounts};
-use super::{auto, boundingbox, interleave, interval, simple};
+use super::{auto, boundingbox, interleave, interleave_lanes, interval, nomotion_lanes, simple};
 use crate::error::Error;
 
 /// A way to find the samples that micropolygons cover.
@@ -123,7 +123,12 @@ impl Rasterizer {
                 rasterize_still(draw, draw.grid.still().ok_or(Unsuited::Blurred)?, counts, sink);
             }
             Rasterizer::Interval => interval::rasterize(draw, counts, sink),
-            Rasterizer::InterleaveUvt => interleave::rasterize(draw, counts, sink),
+            Rasterizer::InterleaveUvt => match draw.kernels {
+                Kernels::Lanes(level) if interleave_lanes::takes(draw) => {
+                    interleave_lanes::rasterize(level, draw, counts, sink);
+                }
+                _ => interleave::rasterize(draw, counts, sink),
+            },
             Rasterizer::BoundingBox => boundingbox::rasterize(draw, counts, sink),
             Rasterizer::Simple => simple::rasterize(draw, counts, sink),
         }
@@ -135,6 +140,11 @@ impl Rasterizer {
 fn rasterize_still<S: HitSink>(draw: &MovingDraw, grid: GridView, counts: &mut SampleCounts, sink: &mut S) {
     let (facing, samples) = (draw.facing, draw.samples);
     if draw.micropolygons == Micropolygons::Quads {
+        if let Kernels::Lanes(level) = draw.kernels
+            && nomotion_lanes::takes(samples)
+        {
+            return nomotion_lanes::rasterize_grid(level, grid, facing, draw.skip, samples, counts, sink);
+        }
         return nomotion::rasterize_grid(grid, facing, draw.skip, samples, counts, sink);
     }
     for quad in 0..grid.m * grid.n {

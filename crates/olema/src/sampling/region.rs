@@ -4,6 +4,8 @@
 //! one array, so that inner loops neither hash nor permute.
 
 use super::pattern::SamplePattern;
+use crate::math::lanes::pair;
+use crate::math::simd::LANES;
 
 /// Full-frame pixels `[x0, x1) x [y0, y1)`; they may be negative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,6 +54,18 @@ impl Region {
     }
 }
 
+/// Tuples of a pattern up to which [`RegionSamples`] keeps a bit for each of them in each pixel.
+const MOST_HELD: usize = 1024;
+
+/// Pixels of a row for which [`RegionSamples`] tells how far right of the first one they are.
+pub(super) const MOST_STEPS_PX: usize = 32;
+
+/// Bits of a place in time, for N tuples.
+#[inline(always)]
+pub(super) fn held_log(num_tuples: usize) -> u32 {
+    num_tuples.next_power_of_two().trailing_zeros()
+}
+
 /// The samples of a region: sample j of pixel (px, py) has index `pixel_ix(px, py) * M + j`.
 #[derive(Debug, Clone)]
 pub struct RegionSamples {
@@ -63,6 +77,13 @@ pub struct RegionSamples {
     pub offsets: Vec<[u8; 2]>,
     /// Tuple of each sample, an index into [`SamplePattern::tuples`].
     pub tuples: Vec<u32>,
+    /// Bit `pixel_ix << held_log | place` tells whether a pixel holds the tuple at that place of
+    /// [`SamplePattern::by_time`]; empty where N is above [`MOST_HELD`].
+    held: Vec<u64>,
+    /// Place of each tuple in the order of time.
+    place_in_time: Vec<u32>,
+    places: Vec<i32>,
+    steps: Vec<i32>,
     /// Permutation sets of the pattern tiles that the region overlaps, row by row from tile `first_tile`.
     sets: Vec<u32>,
     first_tile: [i32; 2],
@@ -77,6 +98,10 @@ impl RegionSamples {
             grid: pattern.strata().grid,
             offsets: Vec::new(),
             tuples: Vec::new(),
+            held: Vec::new(),
+            place_in_time: Vec::new(),
+            places: Vec::new(),
+            steps: Vec::new(),
             sets: Vec::new(),
             first_tile: [0; 2],
             tiles_across: 0,
@@ -92,6 +117,16 @@ impl RegionSamples {
         self.region = region;
         self.grid = pattern.strata().grid;
         self.find_sets(pattern);
+        let num_tuples = pattern.tuples().len();
+        self.place_in_time.clear();
+        self.place_in_time.resize(num_tuples, 0);
+        for (place, &ix) in (0..).zip(pattern.by_time()) {
+            self.place_in_time[ix as usize] = place;
+        }
+        self.held.clear();
+        if num_tuples <= MOST_HELD {
+            self.held.resize((region.num_pixels() << held_log(num_tuples)).div_ceil(64), 0);
+        }
         self.offsets.clear();
         self.tuples.clear();
         self.offsets.reserve(region.num_pixels() * num_strata as usize);
@@ -109,6 +144,39 @@ impl RegionSamples {
                 }
             }
         }
+        self.places.clear();
+        self.places.extend(self.offsets.iter().map(|&[x, y]| pair(x.into(), y.into())));
+        self.places.resize(self.offsets.len() + LANES, 0);
+        self.steps.clear();
+        let num_steps = MOST_STEPS_PX * num_strata as usize + LANES;
+        self.steps.extend((0..num_steps).map(|j| pair((j / num_strata as usize) as i32 * 256, 0)));
+        if !self.held.is_empty() {
+            for (pixel_ix, tuples) in self.tuples.chunks(num_strata as usize).enumerate() {
+                for &ix in tuples {
+                    let bit = (pixel_ix << held_log(num_tuples)) | self.place_in_time[ix as usize] as usize;
+                    self.held[bit / 64] |= 1 << (bit % 64);
+                }
+            }
+        }
+    }
+
+    /// Place of each sample in its pixel as a pair of 16 bits, and 16 more of any.
+    #[inline(always)]
+    pub(crate) fn places(&self) -> &[i32] {
+        &self.places
+    }
+
+    /// For sample j of a row of pixels what its pixel is right of the first one, in 1/256 px as a pair of 16 bits; for
+    /// [`MOST_STEPS_PX`] pixels and 16 samples more.
+    #[inline(always)]
+    pub(crate) fn steps(&self) -> &[i32] {
+        &self.steps
+    }
+
+    /// Which pixel holds which tuple, a bit each; see the field.
+    #[inline(always)]
+    pub(super) fn held(&self) -> &[u64] {
+        &self.held
     }
 
     /// Looks up the set of each tile once.

@@ -178,7 +178,7 @@ impl TransparentRecords {
             return;
         }
         let (quota, mut extra) = shares(&self.records, budget);
-        self.cutoffs.resize(nearest.records().len(), Record::NONE);
+        self.cutoffs.resize(nearest.len(), Record::NONE);
         let mut kept = 0;
         let mut start = 0;
         while start < self.records.len() {

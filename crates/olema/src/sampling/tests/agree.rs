@@ -8,8 +8,8 @@ use crate::sampling::inside::GUARD_BAND;
 use crate::sampling::moving::COC_LIMIT;
 use crate::sampling::nomotion::{Facing, SampleCounts};
 use crate::sampling::{
-    Micropolygons, MovingDraw, PatternSpec, Rasterizer, Region, RegionSamples, SamplePattern, TupleTimes,
-    Unsuited,
+    Kernels, Micropolygons, MovingDraw, PatternSpec, Rasterizer, Region, RegionSamples, SamplePattern,
+    TupleTimes, Unsuited,
 };
 
 const ALL: [Rasterizer; 6] = [
@@ -44,7 +44,7 @@ fn check(grid: &Blurred, pattern: &SamplePattern, region: Region, facing: Facing
         }
         for micropolygons in [Micropolygons::Quads, Micropolygons::Triangles] {
             let mut sink = AllHits::default();
-            let how = How { rasterizer, facing, micropolygons };
+            let how = How { rasterizer, facing, micropolygons, kernels: Kernels::default() };
             let counts = grid.draw(how, pattern, &samples, &mut sink);
             assert!(
                 sink.sorted() == expected,
@@ -131,6 +131,7 @@ fn a_blurred_grid_and_a_large_tile_are_refused() {
             skip: None,
             micropolygons: Micropolygons::Quads,
             times: MovingDraw::ALL_TIMES,
+            kernels: Kernels::default(),
         };
         rasterizer.rasterize(&draw, &mut SampleCounts::default(), &mut AllHits::default())
     };

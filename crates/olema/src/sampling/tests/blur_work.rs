@@ -3,7 +3,7 @@ use crate::sampling::auto::{INTERLEAVE_OPS, INTERVAL_OPS};
 use crate::sampling::hash::Stream;
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{
-    Micropolygons, MovingDraw, Rasterizer, Region, RegionSamples, SamplePattern, TupleTimes,
+    Kernels, Micropolygons, MovingDraw, Rasterizer, Region, RegionSamples, SamplePattern, TupleTimes,
 };
 
 /// Direction of motion.
@@ -170,6 +170,7 @@ fn costs(
         skip: None,
         micropolygons,
         times: MovingDraw::ALL_TIMES,
+        kernels: Kernels::default(),
     };
     let of = |rasterizer: Rasterizer, ops: [f64; 2], setups: usize| {
         let mut counts = SampleCounts::default();

@@ -4,7 +4,7 @@ use crate::sampling::hash::Stream;
 use crate::sampling::inside::{depth_at, triangle_hit};
 use crate::sampling::nomotion::{Facing, HitSink, SampleCounts};
 use crate::sampling::{
-    Micropolygons, MovingDraw, MovingGrid, Rasterizer, RegionSamples, SamplePattern, TupleTimes,
+    Kernels, Micropolygons, MovingDraw, MovingGrid, Rasterizer, RegionSamples, SamplePattern, TupleTimes,
 };
 
 /// A grid that owns its vertices; places in 1/256 px.
@@ -60,7 +60,7 @@ impl Blurred {
         sink: &mut impl HitSink,
     ) -> SampleCounts {
         let times = TupleTimes::new(pattern, &self.key_times);
-        let How { rasterizer, facing, micropolygons } = how;
+        let How { rasterizer, facing, micropolygons, kernels } = how;
         let draw = MovingDraw {
             grid: self.grid(&times),
             pattern,
@@ -69,6 +69,7 @@ impl Blurred {
             skip: None,
             micropolygons,
             times: MovingDraw::ALL_TIMES,
+            kernels,
         };
         let mut counts = SampleCounts::default();
         rasterizer.rasterize(&draw, &mut counts, sink).expect("suited");
@@ -82,10 +83,11 @@ pub struct How {
     pub rasterizer: Rasterizer,
     pub facing: Facing,
     pub micropolygons: Micropolygons,
+    pub kernels: Kernels,
 }
 
 pub fn with(rasterizer: Rasterizer) -> How {
-    How { rasterizer, facing: Facing::Any, micropolygons: Micropolygons::Quads }
+    How { rasterizer, facing: Facing::Any, micropolygons: Micropolygons::Quads, kernels: Kernels::default() }
 }
 
 /// All that is known of a hit: quad, sample, triangle, bits of the depth, sign.

@@ -6,6 +6,7 @@ mod blur_work;
 mod blurred;
 mod expected;
 mod inside;
+mod kernels;
 mod moving_cracks;
 mod moving_noise;
 mod noise;

@@ -1,0 +1,436 @@
+//! Lanes: the few vector operations that sampling kernels are made of.
+//!
+//! In: vectors of [`LANES`] values of 32 bits; as integers, as floats, or as *pairs* of 16 bits, x in the lower half and
+//! y in the upper. Out: the same bits at every level of instructions. A kernel is written once, generic over [`Lanes`],
+//! and has to be inlined into [`SimdLevel::run_lanes`](super::simd::SimdLevel::run_lanes): it and all that it calls is
+//! `#[inline(always)]`. Arithmetic wraps; floats are IEEE 754 single, nothing is fused or approximate.
+//!
+//! The trait is ours, and small, so that other vectors can stand in for those of the processor: one that counts.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Bytes, Level, Simd, SimdBase, f32x16, i16x32, i32x8, i32x16, mask32x16};
+
+use super::simd::LANES;
+
+/// x and y, each in -2^15..2^15, as a pair.
+#[inline(always)]
+pub fn pair(x: i32, y: i32) -> i32 {
+    (x & 0xffff) | y << 16
+}
+
+/// A set of vector instructions.
+pub trait Lanes: Copy {
+    /// 16 integers, or 16 pairs of 16 bits.
+    type I: Copy;
+    /// 16 floats.
+    type F: Copy;
+    /// 16 truth values.
+    type M: Copy;
+
+    /// The same integer in all lanes.
+    fn splat(self, value: i32) -> Self::I;
+    /// `values[at..at + 16]`.
+    fn load(self, values: &[i32], at: usize) -> Self::I;
+    /// Into `values[at..at + 16]`.
+    fn store(self, v: Self::I, values: &mut [i32], at: usize);
+    /// a + b.
+    fn add(self, a: Self::I, b: Self::I) -> Self::I;
+    /// a - b.
+    fn sub(self, a: Self::I, b: Self::I) -> Self::I;
+    /// a b.
+    fn mul(self, a: Self::I, b: Self::I) -> Self::I;
+    /// Bits in both.
+    fn and(self, a: Self::I, b: Self::I) -> Self::I;
+    /// Bits in either.
+    fn or(self, a: Self::I, b: Self::I) -> Self::I;
+    /// Bits in one of them.
+    fn xor(self, a: Self::I, b: Self::I) -> Self::I;
+    /// Bits that are not.
+    fn not(self, a: Self::I) -> Self::I;
+    /// Shifted left.
+    fn shl(self, a: Self::I, by: u32) -> Self::I;
+    /// Shifted right, sign kept.
+    fn shr(self, a: Self::I, by: u32) -> Self::I;
+    /// Where a > b.
+    fn gt(self, a: Self::I, b: Self::I) -> Self::M;
+    /// Where a = b.
+    fn eq(self, a: Self::I, b: Self::I) -> Self::M;
+    /// `a` where `m`, else `b`.
+    fn select(self, m: Self::M, a: Self::I, b: Self::I) -> Self::I;
+    /// Sum of all lanes.
+    fn sum(self, a: Self::I) -> i32;
+
+    /// Where both.
+    fn both(self, a: Self::M, b: Self::M) -> Self::M;
+    /// Where either.
+    fn either(self, a: Self::M, b: Self::M) -> Self::M;
+    /// Where not.
+    fn none(self, a: Self::M) -> Self::M;
+    /// Bit i is lane i.
+    fn bits(self, m: Self::M) -> u32;
+    /// Lane i is bit i.
+    fn mask(self, bits: u32) -> Self::M;
+    /// The lanes where `m`, side by side; zeros after them.
+    fn compress(self, a: Self::I, m: Self::M) -> Self::I;
+
+    /// a + b of pairs.
+    fn add2(self, a: Self::I, b: Self::I) -> Self::I;
+    /// a - b of pairs.
+    fn sub2(self, a: Self::I, b: Self::I) -> Self::I;
+    /// Lesser of pairs.
+    fn min2(self, a: Self::I, b: Self::I) -> Self::I;
+    /// Greater of pairs.
+    fn max2(self, a: Self::I, b: Self::I) -> Self::I;
+    /// Pairs shifted left.
+    fn shl2(self, a: Self::I, by: u32) -> Self::I;
+    /// Pairs shifted right, sign kept.
+    fn shr2(self, a: Self::I, by: u32) -> Self::I;
+    /// `(a b + 2^14) >> 15` of pairs; not both -32768.
+    fn scale2(self, a: Self::I, b: Self::I) -> Self::I;
+    /// a.x b.x + a.y b.y.
+    fn dot2(self, a: Self::I, b: Self::I) -> Self::I;
+    /// A pair turned to (y, -x): `dot2(b, turned(a))` is the cross product b x a.
+    #[inline(always)]
+    fn turned(self, a: Self::I) -> Self::I {
+        let low = self.and(self.shr(a, 16), self.splat(0xffff));
+        self.or(low, self.shl(self.sub(self.splat(0), a), 16))
+    }
+
+    /// The same float in all lanes.
+    fn splat_f(self, value: f32) -> Self::F;
+    /// `values[at..at + 16]`.
+    fn load_f(self, values: &[f32], at: usize) -> Self::F;
+    /// Into `values[at..at + 16]`.
+    fn store_f(self, v: Self::F, values: &mut [f32], at: usize);
+    /// Rounded to nearest even.
+    fn to_f(self, a: Self::I) -> Self::F;
+    /// a + b.
+    fn add_f(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a - b.
+    fn sub_f(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a b.
+    fn mul_f(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a / b.
+    fn div_f(self, a: Self::F, b: Self::F) -> Self::F;
+    /// Where a < b; not where either is no number.
+    fn lt_f(self, a: Self::F, b: Self::F) -> Self::M;
+    /// Where a = b.
+    fn eq_f(self, a: Self::F, b: Self::F) -> Self::M;
+    /// `a` where `m`, else `b`.
+    fn select_f(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
+    /// `b` unless `a` is below it.
+    #[inline(always)]
+    fn lesser(self, a: Self::F, b: Self::F) -> Self::F {
+        self.select_f(self.lt_f(a, b), a, b)
+    }
+    /// `b` unless `a` is above it.
+    #[inline(always)]
+    fn greater(self, a: Self::F, b: Self::F) -> Self::F {
+        self.select_f(self.lt_f(b, a), a, b)
+    }
+}
+
+impl<S: Simd> Lanes for S {
+    type I = i32x16<S>;
+    type F = f32x16<S>;
+    type M = mask32x16<S>;
+
+    #[inline(always)]
+    fn splat(self, value: i32) -> Self::I {
+        i32x16::splat(self, value)
+    }
+    #[inline(always)]
+    fn load(self, values: &[i32], at: usize) -> Self::I {
+        i32x16::from_slice(self, &values[at..at + LANES])
+    }
+    #[inline(always)]
+    fn store(self, v: Self::I, values: &mut [i32], at: usize) {
+        v.store_slice(&mut values[at..at + LANES]);
+    }
+    #[inline(always)]
+    fn add(self, a: Self::I, b: Self::I) -> Self::I {
+        a + b
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::I, b: Self::I) -> Self::I {
+        a - b
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::I, b: Self::I) -> Self::I {
+        a * b
+    }
+    #[inline(always)]
+    fn and(self, a: Self::I, b: Self::I) -> Self::I {
+        a & b
+    }
+    #[inline(always)]
+    fn or(self, a: Self::I, b: Self::I) -> Self::I {
+        a | b
+    }
+    #[inline(always)]
+    fn xor(self, a: Self::I, b: Self::I) -> Self::I {
+        a ^ b
+    }
+    #[inline(always)]
+    fn not(self, a: Self::I) -> Self::I {
+        !a
+    }
+    #[inline(always)]
+    fn shl(self, a: Self::I, by: u32) -> Self::I {
+        a << by
+    }
+    #[inline(always)]
+    fn shr(self, a: Self::I, by: u32) -> Self::I {
+        a >> by
+    }
+    #[inline(always)]
+    fn gt(self, a: Self::I, b: Self::I) -> Self::M {
+        a.simd_gt(b)
+    }
+    #[inline(always)]
+    fn eq(self, a: Self::I, b: Self::I) -> Self::M {
+        a.simd_eq(b)
+    }
+    #[inline(always)]
+    fn select(self, m: Self::M, a: Self::I, b: Self::I) -> Self::I {
+        m.select(a, b)
+    }
+    #[inline(always)]
+    fn sum(self, a: Self::I) -> i32 {
+        a.reduce_sum()
+    }
+
+    #[inline(always)]
+    fn both(self, a: Self::M, b: Self::M) -> Self::M {
+        a & b
+    }
+    #[inline(always)]
+    fn either(self, a: Self::M, b: Self::M) -> Self::M {
+        a | b
+    }
+    #[inline(always)]
+    fn none(self, a: Self::M) -> Self::M {
+        !a
+    }
+    #[inline(always)]
+    fn bits(self, m: Self::M) -> u32 {
+        m.to_bitmask() as u32
+    }
+    #[inline(always)]
+    fn mask(self, bits: u32) -> Self::M {
+        mask32x16::from_bitmask(self, u64::from(bits))
+    }
+    #[inline(always)]
+    fn compress(self, a: Self::I, m: Self::M) -> Self::I {
+        a.compress(m)
+    }
+
+    #[inline(always)]
+    fn add2(self, a: Self::I, b: Self::I) -> Self::I {
+        (pairs(a) + pairs(b)).bitcast()
+    }
+    #[inline(always)]
+    fn sub2(self, a: Self::I, b: Self::I) -> Self::I {
+        (pairs(a) - pairs(b)).bitcast()
+    }
+    #[inline(always)]
+    fn min2(self, a: Self::I, b: Self::I) -> Self::I {
+        pairs(a).min(pairs(b)).bitcast()
+    }
+    #[inline(always)]
+    fn max2(self, a: Self::I, b: Self::I) -> Self::I {
+        pairs(a).max(pairs(b)).bitcast()
+    }
+    #[inline(always)]
+    fn shl2(self, a: Self::I, by: u32) -> Self::I {
+        (pairs(a) << by).bitcast()
+    }
+    #[inline(always)]
+    fn shr2(self, a: Self::I, by: u32) -> Self::I {
+        (pairs(a) >> by).bitcast()
+    }
+    #[inline(always)]
+    fn scale2(self, a: Self::I, b: Self::I) -> Self::I {
+        scale_pairs(self, a, b)
+    }
+    #[inline(always)]
+    fn dot2(self, a: Self::I, b: Self::I) -> Self::I {
+        self.pairwise_dot_product_i16x32(pairs(a), pairs(b))
+    }
+
+    #[inline(always)]
+    fn splat_f(self, value: f32) -> Self::F {
+        f32x16::splat(self, value)
+    }
+    #[inline(always)]
+    fn load_f(self, values: &[f32], at: usize) -> Self::F {
+        f32x16::from_slice(self, &values[at..at + LANES])
+    }
+    #[inline(always)]
+    fn store_f(self, v: Self::F, values: &mut [f32], at: usize) {
+        v.store_slice(&mut values[at..at + LANES]);
+    }
+    #[inline(always)]
+    fn to_f(self, a: Self::I) -> Self::F {
+        a.to_float()
+    }
+    #[inline(always)]
+    fn add_f(self, a: Self::F, b: Self::F) -> Self::F {
+        a + b
+    }
+    #[inline(always)]
+    fn sub_f(self, a: Self::F, b: Self::F) -> Self::F {
+        a - b
+    }
+    #[inline(always)]
+    fn mul_f(self, a: Self::F, b: Self::F) -> Self::F {
+        a * b
+    }
+    #[inline(always)]
+    fn div_f(self, a: Self::F, b: Self::F) -> Self::F {
+        a / b
+    }
+    #[inline(always)]
+    fn lt_f(self, a: Self::F, b: Self::F) -> Self::M {
+        a.simd_lt(b)
+    }
+    #[inline(always)]
+    fn eq_f(self, a: Self::F, b: Self::F) -> Self::M {
+        a.simd_eq(b)
+    }
+    #[inline(always)]
+    fn select_f(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F {
+        m.select(a, b)
+    }
+}
+
+#[inline(always)]
+fn pairs<S: Simd>(a: i32x16<S>) -> i16x32<S> {
+    a.bitcast()
+}
+
+/// [`Lanes::scale2`]: one instruction where there is one, which the crate of vectors does not offer.
+#[inline(always)]
+fn scale_pairs<S: Simd>(simd: S, a: i32x16<S>, b: i32x16<S>) -> i32x16<S> {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    match simd.level() {
+        Level::Avx512(token) => return x86::avx512(token, a.into(), b.into()).simd_into(simd),
+        Level::Avx2(token) => {
+            let ([a0, a1], [b0, b1]) = (halves(a), halves(b));
+            let low = x86::avx2(token, a0.into(), b0.into()).simd_into(simd);
+            let high = x86::avx2(token, a1.into(), b1.into()).simd_into(simd);
+            return simd.combine_i32x8(low, high);
+        }
+        Level::Sse4_2(token) => {
+            let ([a0, a1], [b0, b1]) = (halves(a), halves(b));
+            return simd.combine_i32x8(quarters(token, a0, b0), quarters(token, a1, b1));
+        }
+        _ => {}
+    }
+    scale_pairs_anywhere(simd, a, b)
+}
+
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+#[inline(always)]
+fn halves<S: Simd>(a: i32x16<S>) -> [i32x8<S>; 2] {
+    a.token().split_i32x16(a).into()
+}
+
+/// Eight lanes of [`Lanes::scale2`], four at a time.
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+#[inline(always)]
+fn quarters<S: Simd>(token: fearless_simd::Sse4_2, a: i32x8<S>, b: i32x8<S>) -> i32x8<S> {
+    let simd = a.token();
+    let ((a0, a1), (b0, b1)) = (simd.split_i32x8(a), simd.split_i32x8(b));
+    let low = x86::sse42(token, a0.into(), b0.into()).simd_into(simd);
+    let high = x86::sse42(token, a1.into(), b1.into()).simd_into(simd);
+    simd.combine_i32x4(low, high)
+}
+
+/// [`Lanes::scale2`] from products of pairs.
+#[inline(always)]
+fn scale_pairs_anywhere<S: Simd>(simd: S, a: i32x16<S>, b: i32x16<S>) -> i32x16<S> {
+    let (low, half) = (simd.splat(0xffff), simd.splat(1 << 14));
+    // A product of halves is a dot product whose other half is zero.
+    let x = (simd.dot2(a & low, b) + half) << 1;
+    let y = (simd.dot2(a & !low, b) + half) << 1;
+    ((x >> 16) & low) | (y & !low)
+}
+
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+mod x86 {
+    //! Multiply, round, keep the high half: `pmulhrsw`.
+
+    #[cfg(target_arch = "x86")]
+    use std::arch::x86::*;
+    #[cfg(target_arch = "x86_64")]
+    use std::arch::x86_64::*;
+
+    fearless_simd::kernel!(
+        #[inline(always)]
+        pub fn avx512(token: Avx512, a: __m512i, b: __m512i) -> __m512i {
+            let _ = token;
+            _mm512_mulhrs_epi16(a, b)
+        }
+    );
+    fearless_simd::kernel!(
+        #[inline(always)]
+        pub fn avx2(token: Avx2, a: __m256i, b: __m256i) -> __m256i {
+            let _ = token;
+            _mm256_mulhrs_epi16(a, b)
+        }
+    );
+    fearless_simd::kernel!(
+        #[inline(always)]
+        pub fn sse42(token: Sse4_2, a: __m128i, b: __m128i) -> __m128i {
+            let _ = token;
+            _mm_mulhrs_epi16(a, b)
+        }
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::simd::{LanesKernel, SimdLevel};
+    use super::*;
+
+    struct Pairs<'a>(&'a [i32; LANES], &'a [i32; LANES]);
+
+    impl LanesKernel for Pairs<'_> {
+        type Output = [[i32; LANES]; 3];
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+            let (a, b) = (lanes.load(self.0, 0), lanes.load(self.1, 0));
+            let mut out = [[0; LANES]; 3];
+            lanes.store(lanes.scale2(a, b), &mut out[0], 0);
+            lanes.store(lanes.dot2(a, b), &mut out[1], 0);
+            lanes.store(lanes.compress(a, lanes.gt(b, lanes.splat(0))), &mut out[2], 0);
+            out
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn pairs_are_what_scalars_are_on_every_level(a: [[i16; 2]; LANES], b: [[i16; 2]; LANES]) {
+            let pack = |v: [[i16; 2]; LANES]| v.map(|[x, y]| i32::from(x) & 0xffff | i32::from(y) << 16);
+            let scale = |a: i16, b: i16| ((i32::from(a) * i32::from(b) + (1 << 14)) >> 15) as i16;
+            let scaled = pack(std::array::from_fn(|i| [0, 1].map(|c| scale(a[i][c], b[i][c]))));
+            let dots = std::array::from_fn(|i| {
+                let product = |c: usize| i32::from(a[i][c]) * i32::from(b[i][c]);
+                product(0).wrapping_add(product(1))
+            });
+            let (a, b) = (pack(a), pack(b));
+            let mut kept: Vec<i32> = (0..LANES).filter(|&i| b[i] > 0).map(|i| a[i]).collect();
+            kept.resize(LANES, 0);
+            for level in SimdLevel::all() {
+                let [scaled_too, dots_too, kept_too] = level.run_lanes(Pairs(&a, &b));
+                prop_assert_eq!(scaled_too, scaled, "{:?}", level);
+                prop_assert_eq!(dots_too, dots, "{:?}", level);
+                prop_assert_eq!(&kept_too[..], &kept[..], "{:?}", level);
+            }
+        }
+    }
+}

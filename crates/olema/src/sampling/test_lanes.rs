@@ -1,0 +1,158 @@
+//! The exact test of up to 16 samples of a moving micropolygon, a lane each.
+//!
+//! In: positions of the vertices for each sample's tuple, and its place, as pairs of 16 bits ([`super::packed`]). Out:
+//! hits with the depth of [`super::inside`], bit for bit, to the sink; counted. Twin: [`Micropolygon::test`].
+
+use super::draw::Micropolygon;
+use super::nomotion::{Facing, HitSink, SampleCounts};
+use crate::math::lanes::Lanes;
+use crate::math::simd::LANES;
+
+/// Samples to test; those from `num` on are not looked at.
+pub(super) struct Kept {
+    /// Lanes in use, from the first.
+    pub num: usize,
+    /// Index in the region.
+    pub sample: [i32; LANES],
+    /// Place, as the vertices.
+    pub place: [i32; LANES],
+    /// Positions of the vertices.
+    pub at: [[i32; LANES]; 4],
+    /// Local time.
+    pub t: [f32; LANES],
+}
+
+impl Kept {
+    #[inline(always)]
+    pub fn new(num: usize) -> Self {
+        Kept { num, sample: [0; LANES], place: [0; LANES], at: [[0; LANES]; 4], t: [0.0; LANES] }
+    }
+}
+
+/// Depths of a micropolygon's vertices at the keys before and after a segment.
+pub(super) struct Depths {
+    ends: [[f32; 2]; 4],
+    /// Whether they are the same at both.
+    is_level: bool,
+}
+
+impl Depths {
+    #[inline(always)]
+    pub fn of(micropolygon: &Micropolygon, segment: usize) -> Self {
+        let grid = micropolygon.grid();
+        let ends = micropolygon.vertices.map(|v| grid.ends(v, segment as u16).map(|ix| grid.depth[ix]));
+        Depths { ends, is_level: ends.iter().all(|[z0, z1]| z0.to_bits() == z1.to_bits()) }
+    }
+
+    /// Depth of a vertex at local times `t`, as [`super::MovingGrid::depth_at`].
+    #[inline(always)]
+    fn at<L: Lanes>(&self, lanes: L, corner: usize, t: L::F) -> L::F {
+        let [z0, z1] = self.ends[corner];
+        if self.is_level {
+            return lanes.splat_f(z0);
+        }
+        let (least, most) = (super::inside::lesser(z0, z1), super::inside::greater(z0, z1));
+        let depth = lanes.add_f(lanes.splat_f(z0), lanes.mul_f(t, lanes.splat_f(z1 - z0)));
+        lanes.lesser(lanes.greater(depth, lanes.splat_f(least)), lanes.splat_f(most))
+    }
+}
+
+/// Where the perturbed sign of an edge function is negative; the edge runs between vertices with these keys.
+#[inline(always)]
+fn below<L: Lanes>(lanes: L, e: L::I, from: L::I, to: L::I) -> u32 {
+    let zero = lanes.splat(0);
+    let on = lanes.both(lanes.eq(e, zero), lanes.gt(to, from));
+    lanes.bits(lanes.either(lanes.gt(zero, e), on))
+}
+
+/// Where a triangle of this area shows a side that can be hit. One without area shows none: that of three vertices in one
+/// place would pass the test of signs.
+#[inline(always)]
+fn shown<L: Lanes>(lanes: L, area: L::I, facing: Facing) -> u32 {
+    let zero = lanes.splat(0);
+    match facing {
+        Facing::Any => !lanes.bits(lanes.eq(area, zero)),
+        Facing::Only(side) if side > 0 => lanes.bits(lanes.gt(area, zero)),
+        Facing::Only(_) => lanes.bits(lanes.gt(zero, area)),
+    }
+}
+
+/// Tests them.
+#[inline(always)]
+pub(super) fn test<L: Lanes, S: HitSink>(
+    lanes: L,
+    micropolygon: &Micropolygon,
+    depths: &Depths,
+    kept: &Kept,
+    counts: &mut SampleCounts,
+    sink: &mut S,
+) {
+    let zero = lanes.splat(0);
+    let place = lanes.load(&kept.place, 0);
+    // `array::map` is not inlined.
+    let (mut rel, mut turn, mut key) = ([zero; 4], [zero; 4], [zero; 4]);
+    for corner in 0..4 {
+        let at = lanes.load(&kept.at[corner], 0);
+        rel[corner] = lanes.sub2(at, place);
+        turn[corner] = lanes.turned(rel[corner]);
+        // What decides where a sample is on an edge: y, then against x (see `inside`).
+        key[corner] = lanes.xor(at, lanes.splat(0x7fff));
+    }
+    let e01 = lanes.dot2(rel[0], turn[1]);
+    let e12 = lanes.dot2(rel[1], turn[2]);
+    let e20 = lanes.dot2(rel[2], turn[0]);
+    let e23 = lanes.dot2(rel[2], turn[3]);
+    let e30 = lanes.dot2(rel[3], turn[0]);
+    let n01 = below(lanes, e01, key[0], key[1]);
+    let n12 = below(lanes, e12, key[1], key[2]);
+    let n20 = below(lanes, e20, key[2], key[0]);
+    let n23 = below(lanes, e23, key[2], key[3]);
+    let n30 = below(lanes, e30, key[3], key[0]);
+    let area0 = lanes.add(lanes.add(e01, e12), e20);
+    let area1 = lanes.sub(lanes.add(e23, e30), e20);
+    let active = 0xffff_u32 >> (LANES - kept.num);
+    let mut hit = [0; 2];
+    for &(number, _) in micropolygon.triangles {
+        hit[number as usize] = active;
+    }
+    hit[0] &= !((n01 ^ n12) | (n12 ^ n20)) & shown(lanes, area0, micropolygon.facing());
+    hit[1] &= !((n23 ^ n30) | (n30 ^ !n20)) & shown(lanes, area1, micropolygon.facing());
+    counts.hits += u64::from((hit[0] | hit[1]).count_ones());
+    let mut rest = hit;
+    while rest[0] | rest[1] != 0 {
+        // Where both triangles of a folded quad are hit, the second is for another turn.
+        let first = lanes.mask(rest[0]);
+        let w1 = lanes.select(first, e20, e30);
+        let w2 = lanes.select(first, e01, lanes.sub(zero, e20));
+        let area = lanes.select(first, area0, area1);
+        let t = lanes.load_f(&kept.t, 0);
+        let z2 = depths.at(lanes, 2, t);
+        let za = lanes.select_f(first, depths.at(lanes, 1, t), z2);
+        let zb = lanes.select_f(first, z2, depths.at(lanes, 3, t));
+        let depth = plane(lanes, [w1, w2, area], [depths.at(lanes, 0, t), za, zb]);
+        let mut out = [0.0; LANES];
+        lanes.store_f(depth, &mut out, 0);
+        let mut area_out = [0; LANES];
+        lanes.store(area, &mut area_out, 0);
+        let mut bits = rest[0] | rest[1];
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize & (LANES - 1);
+            let triangle = (rest[0] >> lane & 1 ^ 1) as u8;
+            sink.hit(kept.sample[lane] as usize, out[lane], triangle, area_out[lane].signum() as i8);
+            bits &= bits - 1;
+        }
+        rest = [0, rest[0] & rest[1]];
+    }
+}
+
+/// Depth from the weights of the second and third vertex and the area, as [`super::inside::depth_at`].
+#[inline(always)]
+pub(super) fn plane<L: Lanes>(lanes: L, [w1, w2, area]: [L::I; 3], z: [L::F; 3]) -> L::F {
+    let r = lanes.div_f(lanes.splat_f(1.0), lanes.to_f(area));
+    let (b1, b2) = (lanes.mul_f(lanes.to_f(w1), r), lanes.mul_f(lanes.to_f(w2), r));
+    let first = lanes.add_f(z[0], lanes.mul_f(b1, lanes.sub_f(z[1], z[0])));
+    let depth = lanes.add_f(first, lanes.mul_f(b2, lanes.sub_f(z[2], z[0])));
+    let least = lanes.lesser(lanes.lesser(z[0], z[1]), z[2]);
+    let most = lanes.greater(lanes.greater(z[0], z[1]), z[2]);
+    lanes.lesser(lanes.greater(depth, least), most)
+}

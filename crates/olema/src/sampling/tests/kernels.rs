@@ -1,0 +1,120 @@
+//! Kernels in lanes against their scalar twins: the same hits and the same counts, at every level.
+
+use proptest::prelude::*;
+
+use super::blurred::{AllHits, Blurred, FullHit, How, random_grid};
+use crate::math::simd::SimdLevel;
+use crate::sampling::hash::Stream;
+use crate::sampling::nomotion::{Facing, SampleCounts};
+use crate::sampling::{
+    Kernels, Micropolygons, MovingDraw, Rasterizer, Region, RegionSamples, SamplePattern, TupleTimes,
+};
+
+const GRIDS: [[u32; 2]; 8] = [[1, 1], [3, 1], [2, 2], [7, 1], [4, 4], [5, 5], [8, 8], [16, 1]];
+
+/// Hits in order, and counts.
+type Work = (Vec<FullHit>, SampleCounts);
+
+fn work(grid: &Blurred, how: How, times: [i16; 2], pattern: &SamplePattern, samples: &RegionSamples) -> Work {
+    let table = TupleTimes::new(pattern, &grid.key_times);
+    let How { rasterizer, facing, micropolygons, kernels } = how;
+    let grid = grid.grid(&table);
+    let draw = MovingDraw { grid, pattern, samples, facing, skip: None, micropolygons, times, kernels };
+    let (mut sink, mut counts) = (AllHits::default(), SampleCounts::default());
+    rasterizer.rasterize(&draw, &mut counts, &mut sink).expect("suited");
+    (sink.sorted(), counts)
+}
+
+/// Draws with every rasterizer that can, in scalar code and in lanes; the number of hits.
+fn compare(
+    grid: &Blurred,
+    facing: Facing,
+    times: [i16; 2],
+    pattern: &SamplePattern,
+    region: Region,
+) -> usize {
+    let samples = RegionSamples::new(pattern, region);
+    let table = TupleTimes::new(pattern, &grid.key_times);
+    let mut num_hits = 0;
+    for rasterizer in [Rasterizer::NoMotion, Rasterizer::Interval, Rasterizer::InterleaveUvt] {
+        if rasterizer == Rasterizer::NoMotion && grid.grid(&table).still().is_none() {
+            continue;
+        }
+        for micropolygons in [Micropolygons::Quads, Micropolygons::Triangles] {
+            let how = How { rasterizer, facing, micropolygons, kernels: Kernels::Scalar };
+            let expected = work(grid, how, times, pattern, &samples);
+            num_hits += expected.0.len();
+            for level in SimdLevel::all() {
+                let how = How { kernels: Kernels::Lanes(level), ..how };
+                let found = work(grid, how, times, pattern, &samples);
+                let (m, k) = (pattern.samples_per_pixel(), pattern.tile());
+                assert_eq!(found.1, expected.1, "{how:?}, M = {m}, K = {k}, {region:?}");
+                assert!(found.0 == expected.0, "hits: {how:?}, M = {m}, K = {k}, {region:?}");
+            }
+        }
+    }
+    num_hits
+}
+
+/// What [`random_grid`] does not make: far away, as large as 16 bits hold or larger, fast, and on pixel borders.
+fn stretched(mut grid: Blurred, stream: &mut Stream) -> Blurred {
+    let factor = [1, 1, 1, 4, 30, 300][stream.below(6) as usize];
+    let [dx, dy] = match stream.below(5) {
+        0 => [1 << 28, -(1 << 28)],
+        1 => [40_000, 3000],
+        _ => [0, 0],
+    };
+    let snap = if stream.below(4) == 0 { !0xff } else { !0 };
+    let place = |v: i32, by: i32| ((v * factor) & snap) + by;
+    grid.x.iter_mut().for_each(|x| *x = place(*x, dx));
+    grid.y.iter_mut().for_each(|y| *y = place(*y, dy));
+    let coc_factor = [1, 1, 1, 20, 2000][stream.below(5) as usize];
+    grid.coc.iter_mut().for_each(|c| *c *= coc_factor);
+    match stream.below(4) {
+        0 => grid.depth.iter_mut().for_each(|z| *z = 2.0),
+        1 => grid.depth[0] = f32::INFINITY,
+        _ => {}
+    }
+    // Some vertices in one place.
+    if stream.below(3) == 0 {
+        let [from, to] = [0, 1].map(|_| stream.below(grid.x.len() as u32) as usize);
+        (grid.x[to], grid.y[to]) = (grid.x[from], grid.y[from]);
+    }
+    grid
+}
+
+fn random_case(seed: u32) -> usize {
+    let mut stream = Stream::new(seed);
+    let samples = GRIDS[stream.below(GRIDS.len() as u32) as usize];
+    let tile = 1 + stream.below(8);
+    let pattern = super::pattern(samples, tile);
+    let corner = [0, 1].map(|_| stream.below(12) as i32 - 8);
+    let size = [0, 1].map(|_| 1 + stream.below(14) as i32);
+    let region = Region::new(corner[0], corner[0] + size[0], corner[1], corner[1] + size[1]);
+    let facing = [Facing::Any, Facing::Only(1), Facing::Only(-1)][stream.below(3) as usize];
+    let times = match stream.below(3) {
+        0 => [stream.below(20_000) as i16, 12_000 + stream.below(20_000) as i16],
+        _ => MovingDraw::ALL_TIMES,
+    };
+    let mut num_hits = 0;
+    for _ in 0..4 {
+        let grid = random_grid(&mut stream);
+        let grid = stretched(grid, &mut stream);
+        num_hits += compare(&grid, facing, times, &pattern, region);
+    }
+    num_hits
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, max_shrink_iters: 0, ..ProptestConfig::default() })]
+    #[test]
+    fn lanes_hit_and_count_what_their_twins_do(seed: u32) {
+        random_case(seed);
+    }
+}
+
+#[test]
+fn fixed_seeds_hit_something_and_agree() {
+    let hits: usize = (0..400).map(random_case).sum();
+    assert!(hits > 50_000, "{hits}");
+}

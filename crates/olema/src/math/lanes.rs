@@ -59,6 +59,10 @@ pub trait Lanes: Copy {
     fn select(self, m: Self::M, a: Self::I, b: Self::I) -> Self::I;
     /// Sum of all lanes.
     fn sum(self, a: Self::I) -> i32;
+    /// Least of all lanes.
+    fn least(self, a: Self::I) -> i32;
+    /// Greatest of all lanes.
+    fn greatest(self, a: Self::I) -> i32;
 
     /// Where both.
     fn both(self, a: Self::M, b: Self::M) -> Self::M;
@@ -198,6 +202,14 @@ impl<S: Simd> Lanes for S {
     #[inline(always)]
     fn sum(self, a: Self::I) -> i32 {
         a.reduce_sum()
+    }
+    #[inline(always)]
+    fn least(self, a: Self::I) -> i32 {
+        a.reduce_min()
+    }
+    #[inline(always)]
+    fn greatest(self, a: Self::I) -> i32 {
+        a.reduce_max()
     }
 
     #[inline(always)]

@@ -21,7 +21,7 @@ use super::moving::Extent;
 use super::nomotion::{HitSink, SampleCounts};
 use super::packed::{Packed, PackedQuad};
 use super::region::held_log;
-use super::test_lanes::{Depths, Kept, test};
+use super::test_lanes::{Depths, Kept, test_kept};
 use super::tuple_lanes::{GROUPS, TupleGroup, TupleLanes};
 use crate::math::lanes::Lanes;
 use crate::math::simd::{LANES, LanesKernel, SimdLevel};
@@ -314,7 +314,7 @@ impl<S: HitSink> Kernel<'_, S> {
                 }
                 chunk.t[lane] = t[tuple];
             }
-            test(lanes, micropolygon, depths, &chunk, self.counts, self.sink);
+            test_kept(lanes, micropolygon, depths, &chunk, self.counts, self.sink);
             first += LANES;
         }
     }

@@ -205,13 +205,14 @@ impl<S: HitSink> Kernel<'_, S> {
                 let w30 = lanes.add(e30, lanes.splat(tie30));
                 let depth0 = depth(lanes, &halves[0], z0, w20, w01);
                 let depth1 = depth(lanes, &halves[1], z0, w30, lanes.sub(zero, w20));
-                let sign = [halves[0].area.signum() as i8, halves[1].area.signum() as i8];
+                let turned = halves.map(|half| if half.area < 0 { 0xffff } else { 0 });
+                let negative = (hit0 & turned[0]) | (hit1 & turned[1]);
                 if hit0 & hit1 == 0 {
                     let depth = lanes.select_f(lanes.mask(hit0), depth0, depth1);
-                    self.sink.hits(lanes, first, [hit0, hit1], depth, sign);
+                    self.sink.hits(lanes, first, [hit0, hit1], depth, negative);
                 } else {
-                    self.sink.hits(lanes, first, [hit0, 0], depth0, sign);
-                    self.sink.hits(lanes, first, [0, hit1], depth1, sign);
+                    self.sink.hits(lanes, first, [hit0, 0], depth0, hit0 & turned[0]);
+                    self.sink.hits(lanes, first, [0, hit1], depth1, hit1 & turned[1]);
                 }
             }
             first_of_row += samples.region.width() * num_strata;

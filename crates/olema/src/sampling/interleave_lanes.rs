@@ -301,9 +301,9 @@ impl<S: HitSink> Kernel<'_, S> {
         let mut first = 0;
         while first < num {
             let mut chunk = Kept::new((num - first).min(LANES));
-            for lane in 0..LANES {
-                // Lanes that are not in use repeat the last entry.
-                let i = kept[(first + lane).min(num - 1) & (LIST - 1)] as usize & (LIST - 1);
+            for lane in 0..chunk.num {
+                let lane = lane & (LANES - 1);
+                let i = kept[(first + lane) & (LIST - 1)] as usize & (LIST - 1);
                 let pixel = code[i] as usize >> self.held_log;
                 let tuple = code[i] as usize & ((1 << self.held_log) - 1);
                 chunk.sample[lane] = (pixel * num_strata) as i32 + stratum[tuple];

@@ -34,7 +34,7 @@ impl HitSink for Opaque<'_> {
     }
 
     #[inline(always)]
-    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, _sign: [i8; 2]) {
+    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, _negative: u32) {
         let payloads = [0, 1].map(|triangle| Payload::new(0, self.micropolygon, triangle));
         let order = |a: Payload, b: Payload| -> Ordering { a.0.cmp(&b.0) };
         self.buffer.offer_lanes(lanes, first, hits, depth, payloads, &order);

@@ -8,6 +8,7 @@ pub mod matrix;
 pub mod noise;
 pub mod noise_lanes;
 mod reduce;
+mod scale_pairs;
 pub mod simd;
 
 /// Vectors as a structure of arrays.

@@ -424,9 +424,9 @@ impl HitSink for Sink<'_> {
     }
 
     #[inline(always)]
-    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, sign: [i8; 2]) {
+    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, negative: u32) {
         if !self.opaque {
-            return each_hit(self, lanes, first, hits, depth, sign);
+            return each_hit(self, lanes, first, hits, depth, negative);
         }
         let of = |triangle: u8| Payload::new(self.slot, self.micropolygon, self.triangle.unwrap_or(triangle));
         let slots = self.slots;

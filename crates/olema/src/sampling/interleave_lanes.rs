@@ -21,7 +21,7 @@ use super::moving::Extent;
 use super::nomotion::{HitSink, SampleCounts};
 use super::packed::{Packed, PackedQuad};
 use super::region::held_log;
-use super::test_lanes::{Depths, Kept, test};
+use super::test_lanes::{Depths, Kept, test_kept};
 use super::tuple_lanes::{GROUPS, TupleGroup, TupleLanes};
 use crate::math::lanes::Lanes;
 use crate::math::simd::{LANES, LanesKernel, SimdLevel};
@@ -301,9 +301,9 @@ impl<S: HitSink> Kernel<'_, S> {
         let mut first = 0;
         while first < num {
             let mut chunk = Kept::new((num - first).min(LANES));
-            for lane in 0..LANES {
-                // Lanes that are not in use repeat the last entry.
-                let i = kept[(first + lane).min(num - 1) & (LIST - 1)] as usize & (LIST - 1);
+            for lane in 0..chunk.num {
+                let lane = lane & (LANES - 1);
+                let i = kept[(first + lane) & (LIST - 1)] as usize & (LIST - 1);
                 let pixel = code[i] as usize >> self.held_log;
                 let tuple = code[i] as usize & ((1 << self.held_log) - 1);
                 chunk.sample[lane] = (pixel * num_strata) as i32 + stratum[tuple];
@@ -314,7 +314,7 @@ impl<S: HitSink> Kernel<'_, S> {
                 }
                 chunk.t[lane] = t[tuple];
             }
-            test(lanes, micropolygon, depths, &chunk, self.counts, self.sink);
+            test_kept(lanes, micropolygon, depths, &chunk, self.counts, self.sink);
             first += LANES;
         }
     }

@@ -5,7 +5,7 @@
 //!
 //! For each stratum the micropolygon is bounded over the stratum's range of time and its cell of the lens. In
 //! each pixel that this box overlaps, the one sample of that stratum is tested exactly. Any K will do: how the
-//! tuples of a stratum are dealt out to pixels does not matter.
+//! tuples of a stratum are dealt out to pixels does not matter. Twin in lanes: [`super::interval_lanes`].
 
 use super::draw::{Micropolygon, MovingDraw, Reach};
 use super::moving::Extent;
@@ -14,12 +14,23 @@ use super::nomotion::{HitSink, SampleCounts};
 /// Rasterizes a grid.
 pub fn rasterize<S: HitSink>(draw: &MovingDraw, counts: &mut SampleCounts, sink: &mut S) {
     draw.for_each(counts, sink, |micropolygon, counts, sink| {
-        let strata = 0..draw.pattern.samples_per_pixel();
-        for stratum in strata.filter(|&stratum| draw.has_stratum(stratum)) {
-            let reach = Reach::of(&bound(draw, micropolygon, stratum));
-            test_pixels(draw, micropolygon, stratum, reach, counts, sink);
-        }
+        rasterize_micropolygon(draw, micropolygon, counts, sink);
     });
+}
+
+/// Rasterizes a micropolygon.
+#[inline(never)]
+pub(super) fn rasterize_micropolygon(
+    draw: &MovingDraw,
+    micropolygon: &Micropolygon,
+    counts: &mut SampleCounts,
+    sink: &mut impl HitSink,
+) {
+    let strata = 0..draw.pattern.samples_per_pixel();
+    for stratum in strata.filter(|&stratum| draw.has_stratum(stratum)) {
+        let reach = Reach::of(&bound(draw, micropolygon, stratum));
+        test_pixels(draw, micropolygon, stratum, reach, counts, sink);
+    }
 }
 
 /// Bound of a micropolygon over a stratum.

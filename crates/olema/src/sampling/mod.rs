@@ -27,6 +27,7 @@ pub mod inside;
 pub mod interleave;
 mod interleave_lanes;
 pub mod interval;
+mod interval_lanes;
 pub mod lens;
 pub mod moving;
 pub mod nomotion;

@@ -59,13 +59,13 @@ impl TupleTimes {
                     && key_times.windows(2).all(strictly)),
             "key times {key_times:?}"
         );
-        let (tuples, strata, lanes) = (Vec::new(), Vec::new(), TupleLanes::new(pattern, &[]));
+        let (tuples, strata, lanes) = (Vec::new(), Vec::new(), TupleLanes::new(pattern, &[], 0));
         let mut times = TupleTimes { key_times: key_times.to_vec(), tuples, strata, lanes };
         times.tuples = pattern.tuples().iter().map(|tuple| times.locate(tuple.t15)).collect();
         times.strata = (0..pattern.samples_per_pixel())
             .map(|stratum| pattern.stratum_bounds(stratum).t15.map(|t15| times.locate(t15)))
             .collect();
-        times.lanes = TupleLanes::new(pattern, &times.tuples);
+        times.lanes = TupleLanes::new(pattern, &times.tuples, times.num_keys());
         times
     }
 

@@ -23,10 +23,10 @@ pub trait HitSink {
     fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, sign: i8);
 
     /// Sample `first + i` is hit by triangle 0 where bit i of `hits[0]` is set, by triangle 1 where that of `hits[1]` is
-    /// (not both), at the depth in lane i; `sign` is that of each triangle. Has to be `#[inline(always)]`.
+    /// (not both), at the depth in lane i; seen from side -1 where bit i of `negative` is set. Has to be `#[inline(always)]`.
     #[inline(always)]
-    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, sign: [i8; 2]) {
-        each_hit(self, lanes, first, hits, depth, sign);
+    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, negative: u32) {
+        each_hit(self, lanes, first, hits, depth, negative);
     }
 }
 
@@ -38,15 +38,16 @@ pub fn each_hit<L: Lanes>(
     first: usize,
     [hit0, hit1]: [u32; 2],
     depth: L::F,
-    sign: [i8; 2],
+    negative: u32,
 ) {
     let mut depths = [0.0; LANES];
     lanes.store_f(depth, &mut depths, 0);
     let mut bits = hit0 | hit1;
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize & (LANES - 1);
-        let triangle = (hit1 >> lane & 1) as usize;
-        sink.hit(first + lane, depths[lane], triangle as u8, sign[triangle]);
+        let triangle = hit1 >> lane & 1;
+        let sign = if negative >> lane & 1 == 1 { -1 } else { 1 };
+        sink.hit(first + lane, depths[lane], triangle as u8, sign);
         bits &= bits - 1;
     }
 }

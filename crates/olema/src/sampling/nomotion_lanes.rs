@@ -170,11 +170,7 @@ impl<S: HitSink> Kernel<'_, S> {
         let num_rows = (span_y.last >> 8) - py + 1;
         let num = ((span_x.last >> 8) - px + 1) as usize * num_strata;
         let (ox, oy) = (px * 256, py * 256);
-        let edge = |a: usize, b: usize| {
-            let (dx, dy) = (x[b] - x[a], y[b] - y[a]);
-            let tie = i32::from(dy > 0 || (dy == 0 && dx < 0));
-            (pair(-dy, dx), dy * (x[a] - ox) - dx * (y[a] - oy) - tie, tie)
-        };
+        let edge = |a: usize, b: usize| edge(x, y, a, b, [ox, oy]);
         let ((d01, c01, tie01), (d12, c12, _), (d20, c20, tie20)) = (edge(0, 1), edge(1, 2), edge(2, 0));
         let ((d23, c23, _), (d30, c30, tie30)) = (edge(2, 3), edge(3, 0));
         let (drawn0, drawn1) =
@@ -205,18 +201,28 @@ impl<S: HitSink> Kernel<'_, S> {
                 let w30 = lanes.add(e30, lanes.splat(tie30));
                 let depth0 = depth(lanes, &halves[0], z0, w20, w01);
                 let depth1 = depth(lanes, &halves[1], z0, w30, lanes.sub(zero, w20));
-                let sign = [halves[0].area.signum() as i8, halves[1].area.signum() as i8];
+                let turned = halves.map(|half| if half.area < 0 { 0xffff } else { 0 });
+                let negative = (hit0 & turned[0]) | (hit1 & turned[1]);
                 if hit0 & hit1 == 0 {
                     let depth = lanes.select_f(lanes.mask(hit0), depth0, depth1);
-                    self.sink.hits(lanes, first, [hit0, hit1], depth, sign);
+                    self.sink.hits(lanes, first, [hit0, hit1], depth, negative);
                 } else {
-                    self.sink.hits(lanes, first, [hit0, 0], depth0, sign);
-                    self.sink.hits(lanes, first, [0, hit1], depth1, sign);
+                    self.sink.hits(lanes, first, [hit0, 0], depth0, hit0 & turned[0]);
+                    self.sink.hits(lanes, first, [0, hit1], depth1, hit1 & turned[1]);
                 }
             }
             first_of_row += samples.region.width() * num_strata;
         }
     }
+}
+
+/// The edge function from vertex `a` to `b`, `A . s + C` for samples s relative to `origin`: A, C, and the 1 that C is
+/// lowered by where a sample on the edge counts as negative.
+#[inline(always)]
+fn edge(x: [i32; 4], y: [i32; 4], a: usize, b: usize, [ox, oy]: [i32; 2]) -> (i32, i32, i32) {
+    let (dx, dy) = (x[b] - x[a], y[b] - y[a]);
+    let tie = i32::from(dy > 0 || (dy == 0 && dx < 0));
+    (pair(-dy, dx), dy * (x[a] - ox) - dx * (y[a] - oy) - tie, tie)
 }
 
 /// Depth from the weights of a triangle's second and third vertex, as [`super::inside::depth_at`].

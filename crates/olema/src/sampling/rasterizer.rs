@@ -9,7 +9,9 @@ use std::str::FromStr;
 
 use super::draw::{Kernels, Micropolygons, MovingDraw};
 use super::nomotion::{self, GridView, HitSink, SampleCounts};
-use super::{auto, boundingbox, interleave, interleave_lanes, interval, nomotion_lanes, simple};
+use super::{
+    auto, boundingbox, interleave, interleave_lanes, interval, interval_lanes, nomotion_lanes, simple,
+};
 use crate::error::Error;
 
 /// A way to find the samples that micropolygons cover.
@@ -122,7 +124,12 @@ impl Rasterizer {
             Rasterizer::NoMotion => {
                 rasterize_still(draw, draw.grid.still().ok_or(Unsuited::Blurred)?, counts, sink);
             }
-            Rasterizer::Interval => interval::rasterize(draw, counts, sink),
+            Rasterizer::Interval => match draw.kernels {
+                Kernels::Lanes(level) if interval_lanes::takes(draw) => {
+                    interval_lanes::rasterize(level, draw, counts, sink);
+                }
+                _ => interval::rasterize(draw, counts, sink),
+            },
             Rasterizer::InterleaveUvt => match draw.kernels {
                 Kernels::Lanes(level) if interleave_lanes::takes(draw) => {
                     interleave_lanes::rasterize(level, draw, counts, sink);

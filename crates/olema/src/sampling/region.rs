@@ -83,6 +83,8 @@ pub struct RegionSamples {
     /// Place of each tuple in the order of time.
     place_in_time: Vec<u32>,
     places: Vec<i32>,
+    lens: Vec<i32>,
+    times: Vec<i32>,
     steps: Vec<i32>,
     /// Permutation sets of the pattern tiles that the region overlaps, row by row from tile `first_tile`.
     sets: Vec<u32>,
@@ -101,6 +103,8 @@ impl RegionSamples {
             held: Vec::new(),
             place_in_time: Vec::new(),
             places: Vec::new(),
+            lens: Vec::new(),
+            times: Vec::new(),
             steps: Vec::new(),
             sets: Vec::new(),
             first_tile: [0; 2],
@@ -147,6 +151,13 @@ impl RegionSamples {
         self.places.clear();
         self.places.extend(self.offsets.iter().map(|&[x, y]| pair(x.into(), y.into())));
         self.places.resize(self.offsets.len() + LANES, 0);
+        let tuples = self.tuples.iter().map(|&ix| &pattern.tuples()[ix as usize]);
+        self.lens.clear();
+        self.lens.extend(tuples.clone().map(|tuple| pair(tuple.u15.into(), tuple.v15.into())));
+        self.lens.resize(self.offsets.len() + LANES, 0);
+        self.times.clear();
+        self.times.extend(tuples.map(|tuple| pair(tuple.t15.into(), tuple.t15.into())));
+        self.times.resize(self.offsets.len() + LANES, 0);
         self.steps.clear();
         let num_steps = MOST_STEPS_PX * num_strata as usize + LANES;
         self.steps.extend((0..num_steps).map(|j| pair((j / num_strata as usize) as i32 * 256, 0)));
@@ -164,6 +175,18 @@ impl RegionSamples {
     #[inline(always)]
     pub(crate) fn places(&self) -> &[i32] {
         &self.places
+    }
+
+    /// Lens place of each sample's tuple as a pair, and 16 more of any.
+    #[inline(always)]
+    pub(super) fn lens(&self) -> &[i32] {
+        &self.lens
+    }
+
+    /// Time of each sample's tuple in the shutter in both halves, and 16 more of any.
+    #[inline(always)]
+    pub(super) fn times(&self) -> &[i32] {
+        &self.times
     }
 
     /// For sample j of a row of pixels what its pixel is right of the first one, in 1/256 px as a pair of 16 bits; for

@@ -77,32 +77,40 @@ fn shown<L: Lanes>(lanes: L, area: L::I, facing: Facing) -> u32 {
     }
 }
 
-/// Tests them.
+/// What a test finds.
+pub(super) struct Tested<L: Lanes> {
+    /// Lanes in which each triangle is hit.
+    pub hit: [u32; 2],
+    /// Edge functions that are weights of depth: of v0 v1, v2 v0 and v3 v0.
+    e01: L::I,
+    e20: L::I,
+    e30: L::I,
+    area: [L::I; 2],
+}
+
+/// Tests samples at `place` against a micropolygon whose vertices are `at`, in the lanes that are `active`.
 #[inline(always)]
-pub(super) fn test<L: Lanes, S: HitSink>(
+pub(super) fn test<L: Lanes>(
     lanes: L,
     micropolygon: &Micropolygon,
-    depths: &Depths,
-    kept: &Kept,
-    counts: &mut SampleCounts,
-    sink: &mut S,
-) {
+    place: L::I,
+    at: &[L::I; 4],
+    active: u32,
+) -> Tested<L> {
     let zero = lanes.splat(0);
-    let place = lanes.load(&kept.place, 0);
     // `array::map` is not inlined.
-    let (mut rel, mut turn, mut key) = ([zero; 4], [zero; 4], [zero; 4]);
+    let (mut rel, mut turned, mut key) = ([zero; 4], [zero; 4], [zero; 4]);
     for corner in 0..4 {
-        let at = lanes.load(&kept.at[corner], 0);
-        rel[corner] = lanes.sub2(at, place);
-        turn[corner] = lanes.turned(rel[corner]);
+        rel[corner] = lanes.sub2(at[corner], place);
+        turned[corner] = lanes.turned(rel[corner]);
         // What decides where a sample is on an edge: y, then against x (see `inside`).
-        key[corner] = lanes.xor(at, lanes.splat(0x7fff));
+        key[corner] = lanes.xor(at[corner], lanes.splat(0x7fff));
     }
-    let e01 = lanes.dot2(rel[0], turn[1]);
-    let e12 = lanes.dot2(rel[1], turn[2]);
-    let e20 = lanes.dot2(rel[2], turn[0]);
-    let e23 = lanes.dot2(rel[2], turn[3]);
-    let e30 = lanes.dot2(rel[3], turn[0]);
+    let e01 = lanes.dot2(rel[0], turned[1]);
+    let e12 = lanes.dot2(rel[1], turned[2]);
+    let e20 = lanes.dot2(rel[2], turned[0]);
+    let e23 = lanes.dot2(rel[2], turned[3]);
+    let e30 = lanes.dot2(rel[3], turned[0]);
     let n01 = below(lanes, e01, key[0], key[1]);
     let n12 = below(lanes, e12, key[1], key[2]);
     let n20 = below(lanes, e20, key[2], key[0]);
@@ -110,35 +118,62 @@ pub(super) fn test<L: Lanes, S: HitSink>(
     let n30 = below(lanes, e30, key[3], key[0]);
     let area0 = lanes.add(lanes.add(e01, e12), e20);
     let area1 = lanes.sub(lanes.add(e23, e30), e20);
-    let active = 0xffff_u32 >> (LANES - kept.num);
     let mut hit = [0; 2];
     for &(number, _) in micropolygon.triangles {
         hit[number as usize] = active;
     }
-    hit[0] &= !((n01 ^ n12) | (n12 ^ n20)) & shown(lanes, area0, micropolygon.facing());
-    hit[1] &= !((n23 ^ n30) | (n30 ^ !n20)) & shown(lanes, area1, micropolygon.facing());
-    counts.hits += u64::from((hit[0] | hit[1]).count_ones());
-    let mut rest = hit;
-    while rest[0] | rest[1] != 0 {
-        // Where both triangles of a folded quad are hit, the second is for another turn.
-        let first = lanes.mask(rest[0]);
-        let w1 = lanes.select(first, e20, e30);
-        let w2 = lanes.select(first, e01, lanes.sub(zero, e20));
-        let area = lanes.select(first, area0, area1);
-        let t = lanes.load_f(&kept.t, 0);
+    let facing = micropolygon.facing();
+    hit[0] &= !((n01 ^ n12) | (n12 ^ n20)) & shown(lanes, area0, facing);
+    hit[1] &= !((n23 ^ n30) | (n30 ^ !n20)) & shown(lanes, area1, facing);
+    Tested { hit, e01, e20, e30, area: [area0, area1] }
+}
+
+impl<L: Lanes> Tested<L> {
+    /// Depths at the hits, and bits of those that are seen from side -1: of the first triangle in the lanes `first`, else
+    /// of the second; at local times `t`.
+    #[inline(always)]
+    pub fn depth(&self, lanes: L, depths: &Depths, t: L::F, first: u32) -> (L::F, u32) {
+        let (zero, first) = (lanes.splat(0), lanes.mask(first));
+        let w1 = lanes.select(first, self.e20, self.e30);
+        let w2 = lanes.select(first, self.e01, lanes.sub(zero, self.e20));
+        let area = lanes.select(first, self.area[0], self.area[1]);
         let z2 = depths.at(lanes, 2, t);
         let za = lanes.select_f(first, depths.at(lanes, 1, t), z2);
         let zb = lanes.select_f(first, z2, depths.at(lanes, 3, t));
         let depth = plane(lanes, [w1, w2, area], [depths.at(lanes, 0, t), za, zb]);
+        (depth, lanes.bits(lanes.gt(zero, area)))
+    }
+}
+
+/// Tests samples that lie apart, and hands the hits to the sink.
+#[inline(always)]
+pub(super) fn test_kept<L: Lanes, S: HitSink>(
+    lanes: L,
+    micropolygon: &Micropolygon,
+    depths: &Depths,
+    kept: &Kept,
+    counts: &mut SampleCounts,
+    sink: &mut S,
+) {
+    let mut at = [lanes.splat(0); 4];
+    for (at, kept) in at.iter_mut().zip(&kept.at) {
+        *at = lanes.load(kept, 0);
+    }
+    let active = 0xffff_u32 >> (LANES - kept.num);
+    let tested = test(lanes, micropolygon, lanes.load(&kept.place, 0), &at, active);
+    let mut rest = tested.hit;
+    counts.hits += u64::from((rest[0] | rest[1]).count_ones());
+    while rest[0] | rest[1] != 0 {
+        // Where both triangles of a folded quad are hit, the second is for another turn.
+        let (depth, negative) = tested.depth(lanes, depths, lanes.load_f(&kept.t, 0), rest[0]);
         let mut out = [0.0; LANES];
         lanes.store_f(depth, &mut out, 0);
-        let mut area_out = [0; LANES];
-        lanes.store(area, &mut area_out, 0);
         let mut bits = rest[0] | rest[1];
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize & (LANES - 1);
             let triangle = (rest[0] >> lane & 1 ^ 1) as u8;
-            sink.hit(kept.sample[lane] as usize, out[lane], triangle, area_out[lane].signum() as i8);
+            let sign = if negative >> lane & 1 == 1 { -1 } else { 1 };
+            sink.hit(kept.sample[lane] as usize, out[lane], triangle, sign);
             bits &= bits - 1;
         }
         rest = [0, rest[0] & rest[1]];
@@ -147,7 +182,7 @@ pub(super) fn test<L: Lanes, S: HitSink>(
 
 /// Depth from the weights of the second and third vertex and the area, as [`super::inside::depth_at`].
 #[inline(always)]
-pub(super) fn plane<L: Lanes>(lanes: L, [w1, w2, area]: [L::I; 3], z: [L::F; 3]) -> L::F {
+fn plane<L: Lanes>(lanes: L, [w1, w2, area]: [L::I; 3], z: [L::F; 3]) -> L::F {
     let r = lanes.div_f(lanes.splat_f(1.0), lanes.to_f(area));
     let (b1, b2) = (lanes.mul_f(lanes.to_f(w1), r), lanes.mul_f(lanes.to_f(w2), r));
     let first = lanes.add_f(z[0], lanes.mul_f(b1, lanes.sub_f(z[1], z[0])));

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::moving::LocalTime;
-use super::pattern::SamplePattern;
+use super::pattern::{SamplePattern, StratumBounds};
 use crate::math::lanes::pair;
 use crate::math::simd::LANES;
 
@@ -45,11 +45,42 @@ pub(super) struct TupleLanes {
     pub t: Vec<f32>,
     /// Stratum.
     pub stratum: Vec<i32>,
+    /// All strata, 16 at a time; none where there is more than one motion segment.
+    pub strata: Vec<StratumGroup>,
+}
+
+/// What up to 16 strata span: least and greatest.
+#[derive(Debug, Clone)]
+pub(super) struct StratumGroup {
+    /// Lanes in use, from the first.
+    pub num: u32,
+    /// Local time, in both halves.
+    pub time: [[i32; LANES]; 2],
+    /// Lens place, u and v.
+    pub lens: [[i32; LANES]; 2],
+    /// Time of the shutter.
+    pub shutter: [[i32; LANES]; 2],
+}
+
+impl StratumGroup {
+    fn new(pattern: &SamplePattern, first: u32, num: u32, is_still: bool) -> Self {
+        let each = |of: &dyn Fn(&StratumBounds) -> i32| {
+            std::array::from_fn(|lane| of(&pattern.stratum_bounds(first + (lane as u32).min(num - 1))))
+        };
+        // With a single segment local times are those of the shutter; with a single key there are none.
+        let local = |t15: i16| if is_still { 0 } else { t15.into() };
+        StratumGroup {
+            num,
+            time: [0, 1].map(|end| each(&|s| pair(local(s.t15[end]), local(s.t15[end])))),
+            lens: [0, 1].map(|end| each(&|s| pair(s.u15[end].into(), s.v15[end].into()))),
+            shutter: [0, 1].map(|end| each(&|s| s.t15[end].into())),
+        }
+    }
 }
 
 impl TupleLanes {
     /// The tuples of `pattern`, whose local times are `times`.
-    pub fn new(pattern: &SamplePattern, times: &[LocalTime]) -> Self {
+    pub fn new(pattern: &SamplePattern, times: &[LocalTime], num_keys: usize) -> Self {
         let order = if times.is_empty() { &[] } else { pattern.by_time() };
         let num_ranks = pattern.tile() * pattern.tile();
         let mut lanes = TupleLanes {
@@ -57,7 +88,15 @@ impl TupleLanes {
             blocks: Vec::new(),
             t: order.iter().map(|&ix| f32::from(times[ix as usize].t15) * (1.0 / 32_768.0)).collect(),
             stratum: order.iter().map(|&ix| (ix / num_ranks) as i32).collect(),
+            strata: Vec::new(),
         };
+        if num_keys <= 2 {
+            let num = pattern.samples_per_pixel();
+            let groups = (0..num).step_by(LANES).map(|first| {
+                StratumGroup::new(pattern, first, (num - first).min(LANES as u32), num_keys == 1)
+            });
+            lanes.strata.extend(groups);
+        }
         let mut first = 0;
         for segment in order.chunk_by(|&a, &b| times[a as usize].segment == times[b as usize].segment) {
             for block in segment.chunks(GROUPS * LANES) {

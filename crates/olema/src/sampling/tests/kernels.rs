@@ -118,3 +118,34 @@ fn fixed_seeds_hit_something_and_agree() {
     let hits: usize = (0..400).map(random_case).sum();
     assert!(hits > 50_000, "{hits}");
 }
+
+/// Scalar code draws a grid, lanes one whose first vertex is 1/256 px to the right: how often that shows.
+#[test]
+fn a_kernel_that_is_off_by_the_least_step_is_noticed() {
+    let pattern = super::pattern([4, 4], 2);
+    let samples = RegionSamples::new(&pattern, Region::new(-6, 6, -5, 5));
+    for rasterizer in [Rasterizer::NoMotion, Rasterizer::Interval, Rasterizer::InterleaveUvt] {
+        let (mut seen, mut noticed) = (0, 0);
+        for seed in 0..300 {
+            let mut grid = random_grid(&mut Stream::new(seed));
+            if rasterizer == Rasterizer::NoMotion {
+                grid.key_times = vec![0.0];
+                grid.coc.clear();
+                let num = (grid.m + 1) * (grid.n + 1);
+                grid.x.truncate(num);
+                grid.y.truncate(num);
+                grid.depth.truncate(num);
+            }
+            let how = How { rasterizer, ..super::blurred::with(rasterizer) };
+            let of = |grid: &Blurred, kernels: Kernels| {
+                work(grid, How { kernels, ..how }, MovingDraw::ALL_TIMES, &pattern, &samples)
+            };
+            let expected = of(&grid, Kernels::Scalar);
+            grid.x[0] += 1;
+            let found = of(&grid, Kernels::default());
+            seen += u32::from(!expected.0.is_empty());
+            noticed += u32::from(found != expected);
+        }
+        assert!(noticed * 4 > seen && seen > 100, "{rasterizer:?}: {noticed} of {seen}");
+    }
+}

@@ -72,6 +72,22 @@ pub fn army(motion_px: f64) -> Scene {
     scene
 }
 
+/// A ground of many patches that moves by 10 pixels, seen from above: nothing hides anything.
+pub fn open() -> Scene {
+    const FOV: f64 = 40.0;
+    let mut scene = Scene::new(camera([0.0, -0.01, 10.0], [0.0; 3], FOV as f32));
+    scene.camera.shutter = [0.0, 1.0];
+    let looks = looks(&mut scene, &[[0.5, 0.6, 0.4], [0.6, 0.5, 0.4]]);
+    let step = 10.0 * 10.0 / focal_px(FOV);
+    for [i, j] in (0..24 * 14).map(|ix| [ix % 24, ix / 24]) {
+        let corner = |a: u32, b: u32| [(i + a) as f32 * 0.6 - 7.2, (j + b) as f32 * 0.6 - 4.2, 0.0];
+        let geometry = bilinear([corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)]);
+        let at = |t: f64| DMat4::from_translation(DVec3::new(step * (t - 0.5), 0.0, 0.0));
+        add_moving(&mut scene, geometry, at, &looks[(i + j) as usize % looks.len()]);
+    }
+    scene
+}
+
 /// The limbs of a soldier, 1.8 high, feet at the origin, broad along x.
 fn soldier() -> Vec<Geometry> {
     let mut limbs = vec![

@@ -1,0 +1,118 @@
+//! Occlusion culling on moving crowds: what is diced and shaded with each hierarchy, and what that costs and saves.
+//!
+//! ```text
+//! cargo run --release -p conformance --bin occlusion [-- NAME ... [--res WxH]]     army, sticks, city, rush, open
+//! ```
+//!
+//! Boulos 2010, figures 5 to 8: points diced and shaded relative to no culling, 1920 x 1080, 16 samples a pixel in tiles
+//! of 2 x 2. `rush` is the army at 1300 pixels of motion; in `open` nothing hides anything. Seconds are of one thread,
+//! of one run each, in turn.
+
+use std::time::Instant;
+
+use conformance::occlusion_scenes::{RESOLUTION, army, city, open, settings, sticks};
+use olema::occlusion::{CullKind, CullSettings};
+use olema::settings::Shade;
+use olema::{Hooks, Renderer, Scene, Settings, Stats};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut names: Vec<String> = std::env::args().skip(1).collect();
+    let mut resolution = RESOLUTION;
+    if let Some(at) = names.iter().position(|name| name == "--res") {
+        let sizes: Option<Vec<u32>> =
+            names.get(at + 1).and_then(|size| size.split('x').map(|n| n.parse().ok()).collect());
+        let Some([width, height]) = sizes.as_deref() else { return Err("--res: expected WxH".into()) };
+        resolution = [*width, *height];
+        names.truncate(at);
+    }
+    if names.is_empty() {
+        names = ["army", "sticks", "city", "rush", "open"].map(str::to_owned).into();
+    }
+    for name in names {
+        let scene = match name.as_str() {
+            "army" => army(350.0),
+            "sticks" => sticks(40.0),
+            "city" => city(10.0),
+            "rush" => army(1300.0),
+            "open" => open(),
+            other => return Err(format!("there is no scene \"{other}\"").into()),
+        };
+        report(&name, &scene, &Settings { resolution, ..settings() })?;
+    }
+    Ok(())
+}
+
+/// Kinds of culling, slices and ways of shading to compare; the first is what the others are compared with.
+const WAYS: [(&str, CullKind, u32, Shade); 7] = [
+    ("none", CullKind::None, 1, Shade::All),
+    ("z", CullKind::Z, 1, Shade::All),
+    ("tz, 16 slices", CullKind::Tz, 16, Shade::All),
+    ("tz, 64 slices", CullKind::Tz, 64, Shade::All),
+    ("slice, 64 slices", CullKind::Slice, 64, Shade::All),
+    ("tz, gelato", CullKind::Tz, 64, Shade::Gelato),
+    ("tz, visible", CullKind::Tz, 64, Shade::Visible),
+];
+
+fn report(name: &str, scene: &Scene, settings: &Settings) -> Result<(), Box<dyn std::error::Error>> {
+    let [width, height] = settings.resolution;
+    println!("\n{name}, {width} x {height}");
+    println!(
+        "{:<18} {:>6} {:>6} {:>8} {:>6} {:>8} {:>8} {:>8} {:>9} {:>9} {:>7} {:>7} {:>6}",
+        "",
+        "diced",
+        "shaded",
+        "/visible",
+        "again",
+        "split",
+        "dice",
+        "shade",
+        "inner",
+        "leaf",
+        "cull s",
+        "s",
+        "MB"
+    );
+    let mut none: Option<Stats> = None;
+    for (way, kind, slices, shade) in WAYS {
+        let cull = CullSettings { kind, slices, leaf_px: 2, ..CullSettings::default() };
+        let settings = Settings { cull, shade, threads: 1, ..settings.clone() };
+        let started = Instant::now();
+        let clock = || started.elapsed().as_secs_f64();
+        let hooks = Hooks { clock: Some(&clock), ..Hooks::default() };
+        let stats = Renderer::new(settings)?.render(scene, &hooks)?.stats;
+        let none = none.get_or_insert_with(|| stats.clone());
+        let part = |mine: u64, of: u64| mine as f64 / of as f64;
+        let o = stats.occlusion;
+        let reads = |of: fn(&olema::occlusion::DepthReads) -> u64| -> u64 {
+            [o.split, o.dice, o.shade].iter().map(|at| of(&at.reads)).sum()
+        };
+        println!(
+            "{way:<18} {:>6.3} {:>6.3} {:>8.3} {:>6.3} {:>8} {:>8} {:>8} {:>9} {:>9} {:>7.2} {:>7.2} {:>6.2}",
+            part(stats.diced_points - stats.diced_points_again, none.diced_points),
+            part(stats.shaded_points, none.shaded_points),
+            part(stats.shaded_points, stats.visible_points),
+            part(stats.diced_points_again, none.diced_points),
+            o.split.hidden,
+            o.dice.hidden,
+            o.shade.hidden,
+            reads(|r| r.inner + r.nearest),
+            reads(|r| r.leaf + r.samples),
+            stats.seconds.cull,
+            stats.seconds.total,
+            o.pyramid_bytes as f64 / 1e6,
+        );
+        if kind == CullKind::None {
+            let s = stats.seconds;
+            println!(
+                "    {:.1} M points; seconds: split {:.1}, dice {:.1}, shade {:.1}, sample {:.1}, resolve {:.1}",
+                stats.diced_points as f64 / 1e6,
+                s.split,
+                s.dice,
+                s.shade,
+                s.sample,
+                s.resolve
+            );
+        }
+    }
+    Ok(())
+}

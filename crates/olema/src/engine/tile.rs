@@ -14,6 +14,7 @@ use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, composite_p
 use crate::pipeline::sample::{GridSlots, TileBuffers};
 use crate::pipeline::shade::shade;
 use crate::pipeline::split::{Fate, SplitContext};
+use crate::pipeline::workspace::Workspace;
 use crate::pipeline::{Grid, GridKey};
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
@@ -39,6 +40,7 @@ pub(super) struct TileWorker<'a> {
     buffers: TileBuffers,
     colors: Vec<SampleColor>,
     pub corrections: RefCell<Corrections>,
+    workspace: RefCell<Workspace>,
     pub stats: Stats,
 }
 
@@ -74,6 +76,7 @@ impl<'a> TileWorker<'a> {
             buffers,
             colors: Vec::new(),
             corrections: RefCell::default(),
+            workspace: RefCell::default(),
             stats: Stats::default(),
         }
     }
@@ -241,7 +244,7 @@ impl<'a> TileWorker<'a> {
         let primitive_ix = frame.patches.patches[piece.patch as usize].primitive as usize;
         let primitive = &frame.scene.primitives[primitive_ix];
         let context = &self.context;
-        let diced = dice(&frame.displace_context(context, &self.corrections), piece);
+        let diced = dice(&frame.displace_context(context, &self.corrections, &self.workspace), piece);
         let stats = &mut self.stats;
         stats.grids += 1;
         stats.micropolygons += diced.grid.num_micropolygons() as u64;

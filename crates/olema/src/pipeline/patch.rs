@@ -9,6 +9,7 @@ use glam::{Vec3, Vec4};
 use crate::geometry::SurfacePoint;
 use crate::geometry::bezier::{Bicubic, Bilinear, ControlPoint};
 use crate::geometry::subdivision::{Evaluator, LimitSurface};
+use crate::math::simd::SimdLevel;
 
 use super::connect::EdgeUse;
 use super::motion::{KeyTimes, Placement};
@@ -89,6 +90,24 @@ pub struct Limit {
     pub placements: Vec<Placement>,
 }
 
+impl Limit {
+    /// The surface in camera space at a key.
+    pub(super) fn evaluate(&self, evaluator: &mut Evaluator, key: usize, [u, v]: [f32; 2]) -> SurfacePoint {
+        let placement = &self.placements[key];
+        let [from, to] = placement.points.keys;
+        let at = evaluator.evaluate(from, u, v);
+        let [mut p, mut du, mut dv] = [at.p, at.dp_du, at.dp_dv];
+        if placement.points.part != 0.0 {
+            let next = evaluator.evaluate(to, u, v);
+            let part = placement.points.part as f32;
+            p += (next.p - p) * part;
+            du += (next.dp_du - du) * part;
+            dv += (next.dp_dv - dv) * part;
+        }
+        SurfacePoint { p: placement.place(p), du: placement.turn(du), dv: placement.turn(dv) }
+    }
+}
+
 impl Placement {
     fn place(&self, p: Vec3) -> Vec3 {
         self.to_camera.transform_point3(p.as_dvec3()).as_vec3()
@@ -159,22 +178,31 @@ const KEPT: usize = 32;
 pub struct Surfaces<'a> {
     table: &'a PatchTable,
     kept: RefCell<Vec<Option<(u32, Loaded<'a>)>>>,
+    /// Instructions that lists are evaluated with.
+    pub level: SimdLevel,
 }
 
 #[allow(clippy::large_enum_variant)] // Nearly always the large one, and a pointer less on its way.
-enum Loaded<'a> {
+pub(super) enum Loaded<'a> {
     /// One surface a key.
     Control(Surface, Vec<Surface>),
     Limit(Box<Evaluator<'a>>, &'a Limit),
 }
 
+/// The surface at motion key `key`.
+#[inline(always)]
+pub(super) fn at_key<'s>(first: &'s Surface, later: &'s [Surface], key: usize) -> &'s Surface {
+    if key == 0 { first } else { &later[key - 1] }
+}
+
 impl<'a> Surfaces<'a> {
     /// Nothing is ready yet.
     pub fn new(table: &'a PatchTable) -> Self {
-        Surfaces { table, kept: RefCell::new((0..KEPT).map(|_| None).collect()) }
+        let kept = RefCell::new((0..KEPT).map(|_| None).collect());
+        Surfaces { table, kept, level: SimdLevel::best() }
     }
 
-    fn with<R>(&self, patch: u32, ask: impl FnOnce(&mut Loaded<'a>) -> R) -> R {
+    pub(super) fn with<R>(&self, patch: u32, ask: impl FnOnce(&mut Loaded<'a>) -> R) -> R {
         let mut kept = self.kept.borrow_mut();
         let slot = &mut kept[patch as usize % KEPT];
         match slot {
@@ -198,30 +226,23 @@ impl<'a> Surfaces<'a> {
     /// Position and derivatives of a patch at motion key `key` and (u, v) in [0, 1]^2, in camera space.
     pub fn evaluate(&self, patch: u32, key: usize, [u, v]: [f32; 2]) -> SurfacePoint {
         self.with(patch, |loaded| match loaded {
-            Loaded::Control(surface, _) if key == 0 => surface.evaluate(u, v),
-            Loaded::Control(_, later) => later[key - 1].evaluate(u, v),
-            Loaded::Limit(evaluator, limit) => {
-                let placement = &limit.placements[key];
-                let [from, to] = placement.points.keys;
-                let at = evaluator.evaluate(from, u, v);
-                let [mut p, mut du, mut dv] = [at.p, at.dp_du, at.dp_dv];
-                if placement.points.part != 0.0 {
-                    let next = evaluator.evaluate(to, u, v);
-                    let part = placement.points.part as f32;
-                    p += (next.p - p) * part;
-                    du += (next.dp_du - du) * part;
-                    dv += (next.dp_dv - dv) * part;
-                }
-                SurfacePoint { p: placement.place(p), du: placement.turn(du), dv: placement.turn(dv) }
-            }
+            Loaded::Control(first, later) => at_key(first, later, key).evaluate(u, v),
+            Loaded::Limit(evaluator, limit) => limit.evaluate(evaluator, key, [u, v]),
+        })
+    }
+
+    /// The position alone, with the same bits.
+    pub fn position(&self, patch: u32, key: usize, [u, v]: [f32; 2]) -> Vec3 {
+        self.with(patch, |loaded| match loaded {
+            Loaded::Control(first, later) => at_key(first, later, key).position(u, v),
+            Loaded::Limit(evaluator, limit) => limit.evaluate(evaluator, key, [u, v]).p,
         })
     }
 
     /// Calls `visit` with camera-space points whose convex hull holds the patch over `u` x `v` at a key.
     pub fn hull(&self, patch: u32, key: usize, u: [f32; 2], v: [f32; 2], mut visit: impl FnMut(Vec3)) {
         self.with(patch, |loaded| match loaded {
-            Loaded::Control(surface, _) if key == 0 => surface.hull(u, v, visit),
-            Loaded::Control(_, later) => later[key - 1].hull(u, v, visit),
+            Loaded::Control(first, later) => at_key(first, later, key).hull(u, v, visit),
             Loaded::Limit(evaluator, limit) => {
                 let placement = &limit.placements[key];
                 let [from, to] = placement.points.keys;
@@ -267,12 +288,22 @@ impl<'a> Surfaces<'a> {
 
 /// Unit normal du x dv, unless one of them vanishes or they are parallel.
 pub fn unit_normal(at: &SurfacePoint) -> Option<Vec3> {
+    let normal = normal_or_zero(at);
+    (normal != Vec3::ZERO).then_some(normal)
+}
+
+/// Unit normal du x dv; zero where one of them vanishes or they are parallel.
+#[inline(always)]
+pub fn normal_or_zero(at: &SurfacePoint) -> Vec3 {
     // Derivatives smaller than this part of the other one are rounding.
     const DEGENERATE: f32 = 1e-6;
     let cross = at.du.cross(at.dv);
     let length = cross.length();
     let larger = at.du.length_squared().max(at.dv.length_squared());
-    (length.is_finite() && length > DEGENERATE * larger && length > f32::MIN_POSITIVE).then(|| cross / length)
+    // No branches: lists of points go through here in lanes.
+    let exists = (length < f32::INFINITY) & (length > DEGENERATE * larger) & (length > f32::MIN_POSITIVE);
+    let normal = cross / length;
+    if exists { normal } else { Vec3::ZERO }
 }
 
 impl Surface {
@@ -283,6 +314,16 @@ impl Surface {
             Surface::RationalBilinear(s) => s.evaluate(u, v),
             Surface::Bicubic(s) => s.evaluate(u, v),
             Surface::RationalBicubic(s) => s.evaluate(u, v),
+        }
+    }
+
+    /// The position alone, with the same bits.
+    pub fn position(&self, u: f32, v: f32) -> Vec3 {
+        match self {
+            Surface::Bilinear(s) => s.position(u, v),
+            Surface::RationalBilinear(s) => s.position(u, v),
+            Surface::Bicubic(s) => s.position(u, v),
+            Surface::RationalBicubic(s) => s.position(u, v),
         }
     }
 

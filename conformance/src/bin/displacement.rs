@@ -40,21 +40,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("800 x 600, 16 samples a pixel, one thread, medians of {RUNS} in turn, seconds");
     println!(
-        "{:<20} {:>7} {:>7} {:>7} {:>7} {:>7}  micropolygons",
-        "", "dice", "shade", "sample", "total", "ratio"
+        "{:<20} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}  micropolygons",
+        "", "connect", "split", "dice", "shade", "sample", "resolve", "total", "ratio"
     );
     let base = median(&runs[0], |s| s.seconds.total);
     for ((name, _), stats) in variants.iter().zip(&runs) {
         let seconds = [
+            median(stats, |s| s.seconds.connect),
+            median(stats, |s| s.seconds.split),
             median(stats, |s| s.seconds.dice),
             median(stats, |s| s.seconds.shade),
             median(stats, |s| s.seconds.sample),
+            median(stats, |s| s.seconds.resolve),
             median(stats, |s| s.seconds.total),
         ];
-        let [dice, shade, sample, total] = seconds;
+        let [connect, split, dice, shade, sample, resolve, total] = seconds;
         let micropolygons = stats[0].micropolygons;
         println!(
-            "{name:<20} {dice:>7.3} {shade:>7.3} {sample:>7.3} {total:>7.3} {:>7.2}  {micropolygons}",
+            "{name:<20} {connect:>7.3} {split:>7.3} {dice:>7.3} {shade:>7.3} {sample:>7.3} {resolve:>7.3} {total:>7.3} {:>7.2}  {micropolygons}",
             total / base
         );
     }

@@ -15,6 +15,7 @@ pub mod connect;
 pub mod dice;
 pub mod displace;
 pub mod grid;
+pub mod known;
 pub mod lattice;
 pub mod motion;
 pub mod moving;

@@ -3,47 +3,54 @@
 //! In: single-precision vectors and a matrix in double. Out: single precision again, rounded once; the same bits as
 //! glam's functions for one vector give, which are the twins to read.
 
-use std::ops::Range;
-
 use glam::{DMat4, DVec3, Vec3};
 
 use super::Vec3s;
-use super::simd::SimdLevel;
+use super::simd::{SimdLevel, load, store};
 
-/// Replaces `to` by `each` of the vectors `range` of `from`.
+/// Vectors at a time: their components are doubles within.
+const GROUP: usize = 8;
+
+/// Replaces `to` by `each` of the vectors of `from`. Whole groups go through, however few vectors the last one has.
 #[inline(always)]
-fn map(level: SimdLevel, from: &Vec3s, range: Range<usize>, to: &mut Vec3s, each: impl Fn(DVec3) -> Vec3) {
-    let len = range.len();
-    to.resize(len);
+fn map(level: SimdLevel, from: &Vec3s, to: &mut Vec3s, each: impl Fn(DVec3) -> Vec3) {
+    to.resize(from.len());
     level.run(
         #[inline(always)]
         || {
-            let (from, mut to) = (from.slice(range), to.slice_mut(0..len));
-            for ix in 0..len {
-                to.set(ix, each(from.get(ix).as_dvec3()));
+            for first in (0..from.len()).step_by(GROUP) {
+                let from: [[f32; GROUP]; 3] =
+                    [load(&from.x, first), load(&from.y, first), load(&from.z, first)];
+                let mut moved = [[0.0; GROUP]; 3];
+                for lane in 0..GROUP {
+                    let moved_lane = each(Vec3::new(from[0][lane], from[1][lane], from[2][lane]).as_dvec3());
+                    (moved[0][lane], moved[1][lane], moved[2][lane]) =
+                        (moved_lane.x, moved_lane.y, moved_lane.z);
+                }
+                store(&mut to.x, first, &moved[0]);
+                store(&mut to.y, first, &moved[1]);
+                store(&mut to.z, first, &moved[2]);
             }
         },
     );
 }
 
-/// Replaces `to` by `matrix` times the points `range` of `from`.
-pub fn points(level: SimdLevel, matrix: &DMat4, from: &Vec3s, range: Range<usize>, to: &mut Vec3s) {
+/// Replaces `to` by `matrix` times the points `from`.
+pub fn points(level: SimdLevel, matrix: &DMat4, from: &Vec3s, to: &mut Vec3s) {
     map(
         level,
         from,
-        range,
         to,
         #[inline(always)]
         |p| matrix.transform_point3(p).as_vec3(),
     );
 }
 
-/// Replaces `to` by `matrix` times the vectors `range` of `from`; its translation counts for nothing.
-pub fn vectors(level: SimdLevel, matrix: &DMat4, from: &Vec3s, range: Range<usize>, to: &mut Vec3s) {
+/// Replaces `to` by `matrix` times the vectors `from`; its translation counts for nothing.
+pub fn vectors(level: SimdLevel, matrix: &DMat4, from: &Vec3s, to: &mut Vec3s) {
     map(
         level,
         from,
-        range,
         to,
         #[inline(always)]
         |v| matrix.transform_vector3(v).as_vec3(),
@@ -51,11 +58,10 @@ pub fn vectors(level: SimdLevel, matrix: &DMat4, from: &Vec3s, range: Range<usiz
 }
 
 /// [`vectors`] of unit length; zero where they have no direction.
-pub fn unit_vectors(level: SimdLevel, matrix: &DMat4, from: &Vec3s, range: Range<usize>, to: &mut Vec3s) {
+pub fn unit_vectors(level: SimdLevel, matrix: &DMat4, from: &Vec3s, to: &mut Vec3s) {
     map(
         level,
         from,
-        range,
         to,
         #[inline(always)]
         |v| unit(matrix.transform_vector3(v)),
@@ -96,19 +102,19 @@ mod tests {
         let bits = |v: Vec3| v.to_array().map(f32::to_bits);
         for level in SimdLevel::all() {
             let mut to = [Vec3s::default(), Vec3s::default(), Vec3s::default()];
-            points(level, &affine, &from, 3..50, &mut to[0]);
-            vectors(level, &affine, &from, 3..50, &mut to[1]);
-            unit_vectors(level, &affine, &from, 3..50, &mut to[2]);
-            for ix in (3..50).filter(|ix| *ix != 20) {
+            points(level, &affine, &from, &mut to[0]);
+            vectors(level, &affine, &from, &mut to[1]);
+            unit_vectors(level, &affine, &from, &mut to[2]);
+            for ix in (0..53).filter(|ix| *ix != 20) {
                 let wide = from.get(ix).as_dvec3();
                 let v = affine.transform_vector3(wide);
                 let unit = if v.is_finite() { v.normalize_or_zero().as_vec3() } else { Vec3::ZERO };
                 let twin = [affine.transform_point3(wide).as_vec3(), v.as_vec3(), unit];
-                assert_eq!(bits(to[0].get(ix - 3)), bits(twin[0]), "{level:?} {ix}");
-                assert_eq!(bits(to[1].get(ix - 3)), bits(twin[1]), "{level:?} {ix}");
-                assert!((to[2].get(ix - 3) - unit).length() < 1e-6, "{level:?} {ix}: {unit}");
+                assert_eq!(bits(to[0].get(ix)), bits(twin[0]), "{level:?} {ix}");
+                assert_eq!(bits(to[1].get(ix)), bits(twin[1]), "{level:?} {ix}");
+                assert!((to[2].get(ix) - unit).length() < 1e-6, "{level:?} {ix}: {unit}");
             }
-            assert_eq!(to[2].get(20 - 3), Vec3::ZERO);
+            assert_eq!(to[2].get(20), Vec3::ZERO);
         }
     }
 }

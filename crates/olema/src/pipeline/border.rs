@@ -12,6 +12,7 @@ use super::displace::DisplaceContext;
 use super::lattice::Lattice;
 use super::patch::{CORNER_UV, side_uv};
 use super::piece::{PointRef, Sabotage, parameter};
+use super::recall::{Recall, are_neighbours};
 
 /// A vertex that is not at the lattice's place for it, or not displaced as that is.
 #[derive(Debug, Clone, Copy)]
@@ -50,40 +51,78 @@ pub struct Border {
 }
 
 impl Border {
-    /// Finds the owners of a lattice's border vertices. Where `displaced`, all vertices on welded edges and corners are
-    /// listed, with the normals that meet there; else only those that lie at another place than the lattice has for
-    /// them.
-    pub fn collect(&mut self, context: &DisplaceContext, patch: u32, lattice: &mut Lattice, displaced: bool) {
+    /// Finds the owners of a lattice's border vertices. Where it is `displaced`, these are all vertices on welded edges and
+    /// corners, with the normals that meet there, but for what is recalled; else only those that lie at another place than
+    /// the lattice has for them.
+    pub fn collect(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        lattice: &mut Lattice,
+        displaced: Option<&mut Recall>,
+    ) {
         self.points.clear();
         self.runs.clear();
         self.summands.clear();
-        let broken = is_broken(context);
-        for entry in 0..lattice.border.len() {
-            let (vertex, point) = lattice.border[entry];
-            let (owner, uv) = context.frame.place(patch, point);
-            let own_uv = lattice.place(vertex);
-            let is_welded = !matches!(point, PointRef::Inside(_));
-            let mut place = (owner == patch && uv == own_uv).then_some(vertex);
-            if place.is_some() && !(displaced && is_welded) {
-                continue;
-            }
-            if displaced && is_welded && !broken {
-                each_user(context, point, |user, user_uv| {
-                    let (at, sign) = if user == patch && user_uv == own_uv {
-                        (vertex, 1.0)
-                    } else {
-                        (self.place(lattice, user, user_uv), context.normal_sign(user))
-                    };
-                    if user == owner && user_uv == uv {
-                        place = Some(at);
+        let border = std::mem::take(&mut lattice.border);
+        match displaced {
+            None => border.iter().for_each(|&at| self.add_owner(context, patch, lattice, at)),
+            Some(recall) => {
+                let num_keys = context.frame.patches.num_keys(patch);
+                let may_recall = context.frame.sabotage.is_none();
+                recall.begin();
+                for run in border.chunk_by(|a, b| are_neighbours(a.1, b.1)) {
+                    if !(may_recall && recall.knows(run, num_keys)) {
+                        run.iter().for_each(|&at| self.add(context, patch, lattice, at));
                     }
-                    self.summands.push(Summand { point: self.points.len() as u32, place: at, sign });
-                });
+                }
             }
-            let place = place.unwrap_or_else(|| self.place(lattice, owner, uv));
-            let shading_rate = context.border_rate(patch, point);
-            self.points.push(BorderPoint { vertex, owner, place, shading_rate });
         }
+        lattice.border = border;
+    }
+
+    /// Adds a border vertex of a patch that is not displaced.
+    fn add_owner(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        lattice: &mut Lattice,
+        (vertex, point): (u32, PointRef),
+    ) {
+        let (owner, uv) = context.frame.place(patch, point);
+        if owner != patch || uv != lattice.place(vertex) {
+            let place = self.place(lattice, owner, uv);
+            self.points.push(BorderPoint { vertex, owner, place, shading_rate: 0.0 });
+        }
+    }
+
+    /// Adds a border vertex with the normals that meet there.
+    fn add(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        lattice: &mut Lattice,
+        (vertex, point): (u32, PointRef),
+    ) {
+        let (owner, uv) = context.frame.place(patch, point);
+        let own_uv = lattice.place(vertex);
+        let mut place = (owner == patch && uv == own_uv).then_some(vertex);
+        if !is_broken(context) {
+            each_user(context, point, |user, user_uv| {
+                let (at, sign) = if user == patch && user_uv == own_uv {
+                    (vertex, 1.0)
+                } else {
+                    (self.place(lattice, user, user_uv), context.normal_sign(user))
+                };
+                if user == owner && user_uv == uv {
+                    place = Some(at);
+                }
+                self.summands.push(Summand { point: self.points.len() as u32, place: at, sign });
+            });
+        }
+        let place = place.unwrap_or_else(|| self.place(lattice, owner, uv));
+        let shading_rate = context.border_rate(patch, point);
+        self.points.push(BorderPoint { vertex, owner, place, shading_rate });
     }
 
     /// Puts a place on another patch behind the others.

@@ -26,6 +26,7 @@ pub mod piece;
 pub mod points;
 pub mod primvar;
 pub mod rate;
+pub mod recall;
 pub mod resolve;
 pub mod sample;
 pub mod shade;

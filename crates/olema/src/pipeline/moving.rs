@@ -178,8 +178,8 @@ impl Moving {
         let Moving { all, picked: some, inputs, offset, moved } = self;
         let batch = if picked { some } else { all };
         let (level, len) = (context.frame.surfaces.level, batch.p.len());
-        transform::points(level, &spaces.to_object, &batch.p, 0..len, &mut inputs.p);
-        transform::unit_vectors(level, &spaces.normal_to_object, &batch.normal, 0..len, &mut inputs.n);
+        transform::points(level, &spaces.to_object, &batch.p, &mut inputs.p);
+        transform::unit_vectors(level, &spaces.normal_to_object, &batch.normal, &mut inputs.n);
         batch.widths(context, spaces.shrink, inputs);
         let Coordinates { u, v, s, t, .. } = &batch.coordinates;
         for (from, to) in
@@ -193,7 +193,7 @@ impl Moving {
         offset.resize(len);
         displacer.shader.displace(inputs, offset);
         context.check(primitive, displacer, offset);
-        transform::vectors(level, &spaces.to_camera, offset, 0..len, moved);
+        transform::vectors(level, &spaces.to_camera, offset, moved);
     }
 }
 

@@ -171,8 +171,8 @@ impl PatchTable {
     }
 }
 
-/// Patches that are kept ready at a time; neighbours are asked for in turn.
-const KEPT: usize = 32;
+/// Patches that are kept ready at a time, as a power of two; neighbours are asked for in turn.
+const KEPT_LOG: u32 = 6;
 
 /// Evaluates patches. One worker's own: it keeps the last patches that were asked for ready.
 pub struct Surfaces<'a> {
@@ -198,13 +198,14 @@ pub(super) fn at_key<'s>(first: &'s Surface, later: &'s [Surface], key: usize) -
 impl<'a> Surfaces<'a> {
     /// Nothing is ready yet.
     pub fn new(table: &'a PatchTable) -> Self {
-        let kept = RefCell::new((0..KEPT).map(|_| None).collect());
+        let kept = RefCell::new((0..1 << KEPT_LOG).map(|_| None).collect());
         Surfaces { table, kept, level: SimdLevel::best() }
     }
 
     pub(super) fn with<R>(&self, patch: u32, ask: impl FnOnce(&mut Loaded<'a>) -> R) -> R {
         let mut kept = self.kept.borrow_mut();
-        let slot = &mut kept[patch as usize % KEPT];
+        // Neighbours in a sheet are any number apart: a product spreads them whatever it is (Knuth, section 6.4).
+        let slot = &mut kept[(patch.wrapping_mul(0x9e37_79b1) >> (32 - KEPT_LOG)) as usize];
         match slot {
             Some((known, loaded)) if *known == patch => ask(loaded),
             _ => ask(&mut slot.insert((patch, self.load(patch))).1),
@@ -288,18 +289,18 @@ impl<'a> Surfaces<'a> {
 
 /// Unit normal du x dv, unless one of them vanishes or they are parallel.
 pub fn unit_normal(at: &SurfacePoint) -> Option<Vec3> {
-    let normal = normal_or_zero(at);
+    let normal = normal_or_zero(at.du, at.dv);
     (normal != Vec3::ZERO).then_some(normal)
 }
 
 /// Unit normal du x dv; zero where one of them vanishes or they are parallel.
 #[inline(always)]
-pub fn normal_or_zero(at: &SurfacePoint) -> Vec3 {
+pub fn normal_or_zero(du: Vec3, dv: Vec3) -> Vec3 {
     // Derivatives smaller than this part of the other one are rounding.
     const DEGENERATE: f32 = 1e-6;
-    let cross = at.du.cross(at.dv);
+    let cross = du.cross(dv);
     let length = cross.length();
-    let larger = at.du.length_squared().max(at.dv.length_squared());
+    let larger = du.length_squared().max(dv.length_squared());
     // No branches: lists of points go through here in lanes.
     let exists = (length < f32::INFINITY) & (length > DEGENERATE * larger) & (length > f32::MIN_POSITIVE);
     let normal = cross / length;

@@ -15,6 +15,7 @@ use super::moving::{Displaced, Moving, reads_coordinates};
 use super::patch::unit_normal;
 use super::piece::{Piece, Sabotage};
 use super::points::{Points, Wanted};
+use super::recall::Recall;
 
 /// One worker's lists.
 #[derive(Debug, Default)]
@@ -29,6 +30,7 @@ pub struct Workspace {
     pub shaded: Placed,
     /// Vertices at all keys, key after key.
     kept: Vec<Vec3>,
+    recall: Recall,
     moving: Moving,
 }
 
@@ -49,7 +51,8 @@ impl Workspace {
     pub fn set(&mut self, context: &DisplaceContext, piece: &Piece, inputs: Inputs, ring: bool) -> Wanted {
         self.lattice.set(context.frame, piece, ring);
         let displaced = context.is_displaced(piece.patch);
-        self.border.collect(context, piece.patch, &mut self.lattice, displaced);
+        let recall = displaced.then_some(&mut self.recall);
+        self.border.collect(context, piece.patch, &mut self.lattice, recall);
         let owners = self.border.points.iter().map(|point| point.owner).filter(|_| displaced);
         let mut all = std::iter::once(piece.patch).chain(owners);
         let reads = (displaced || ring) && all.any(|patch| reads_coordinates(context, patch));
@@ -70,7 +73,7 @@ impl Workspace {
         wanted: Wanted,
         is_shaded: bool,
     ) {
-        let Workspace { lattice, border, now: Placed { points, ring, vertices }, moving, .. } = self;
+        let Workspace { lattice, border, now: Placed { points, ring, vertices }, recall, moving, .. } = self;
         points.evaluate(context, [patch, key], lattice, border, wanted);
         let displaced = context.is_displaced(patch);
         let num = lattice.num_vertices();
@@ -83,6 +86,9 @@ impl Workspace {
         for (ix, point) in border.points.iter().enumerate() {
             let p = if displaced { ring.get(of.slot(ix)) } else { points.at.p.get(point.place as usize) };
             vertices.set(point.vertex as usize, p);
+        }
+        if displaced {
+            recall.exchange(key as usize, vertices);
         }
     }
 

@@ -9,15 +9,13 @@ use glam::Vec3;
 
 use crate::geometry::lanes::{SLACK, SurfacePoints};
 use crate::math::Vec3s;
-use crate::math::simd::{SimdLevel, load, store};
+use crate::math::simd::SimdLevel;
 
 use super::patch::normal_or_zero;
 
-/// Normals at a time.
-const GROUP: usize = SLACK;
-
 /// Writes the unit normals du x dv of the points `range`, times `sign`, to the same places of `to`; zero where du and dv
-/// vanish or are parallel. Returns whether that happened. Up to [`SLACK`] normals behind the range are overwritten.
+/// vanish or are parallel. Returns whether that may have happened. Up to [`SLACK`] normals behind the range are lost: whole
+/// groups go through, since ranges are short.
 pub fn surface_normals(
     level: SimdLevel,
     at: &SurfacePoints,
@@ -28,25 +26,15 @@ pub fn surface_normals(
     level.run(
         #[inline(always)]
         || {
+            let len = range.len().next_multiple_of(SLACK);
+            let range = range.start..range.start + len;
+            let (du, dv) = (at.du.slice(range.clone()), at.dv.slice(range.clone()));
+            let mut to = to.slice_mut(range);
             let mut missing = 0u32;
-            for first in range.clone().step_by(GROUP) {
-                let group = |all: &Vec3s| -> [[f32; GROUP]; 3] {
-                    [load(&all.x, first), load(&all.y, first), load(&all.z, first)]
-                };
-                let (du, dv) = (group(&at.du), group(&at.dv));
-                let mut normals = [[0.0; GROUP]; 3];
-                for lane in 0..GROUP {
-                    let du = Vec3::new(du[0][lane], du[1][lane], du[2][lane]);
-                    let dv = Vec3::new(dv[0][lane], dv[1][lane], dv[2][lane]);
-                    let normal = normal_or_zero(du, dv);
-                    let is_missing = (normal.x == 0.0) & (normal.y == 0.0) & (normal.z == 0.0);
-                    missing |= u32::from(is_missing & (first + lane < range.end));
-                    let normal = normal * sign;
-                    (normals[0][lane], normals[1][lane], normals[2][lane]) = (normal.x, normal.y, normal.z);
-                }
-                store(&mut to.x, first, &normals[0]);
-                store(&mut to.y, first, &normals[1]);
-                store(&mut to.z, first, &normals[2]);
+            for ix in 0..len {
+                let normal = normal_or_zero(du.get(ix), dv.get(ix));
+                missing |= u32::from((normal.x == 0.0) & (normal.y == 0.0) & (normal.z == 0.0));
+                to.set(ix, normal * sign);
             }
             missing != 0
         },
@@ -63,30 +51,17 @@ pub fn lattice_normals(level: SimdLevel, lattice: &Vec3s, width: usize, sign: f3
     level.run(
         #[inline(always)]
         || {
+            let from = |first: usize| lattice.slice(first..first + len);
             // One list from the second row to the last but one: ends of rows are computed along, to go through in lanes.
-            for first in (0..len).step_by(GROUP) {
-                let group = |by: usize| -> [[f32; GROUP]; 3] {
-                    let first = first + by;
-                    [load(&lattice.x, first), load(&lattice.y, first), load(&lattice.z, first)]
-                };
-                let (left, right) = (group(width - 1), group(width + 1));
-                let (below, above) = (group(0), group(2 * width));
-                let mut normals = [[0.0; GROUP]; 3];
-                for lane in 0..GROUP {
-                    let across = |from: &[[f32; GROUP]; 3], to: &[[f32; GROUP]; 3]| {
-                        Vec3::new(to[0][lane], to[1][lane], to[2][lane])
-                            - Vec3::new(from[0][lane], from[1][lane], from[2][lane])
-                    };
-                    let cross = across(&left, &right).cross(across(&below, &above)) * sign;
-                    let length = cross.length();
-                    let has_area = (length > f32::MIN_POSITIVE) & (length < f32::INFINITY);
-                    let normal = cross / length;
-                    let normal = if has_area { normal } else { Vec3::ZERO };
-                    (normals[0][lane], normals[1][lane], normals[2][lane]) = (normal.x, normal.y, normal.z);
-                }
-                store(&mut to.x, first + width, &normals[0]);
-                store(&mut to.y, first + width, &normals[1]);
-                store(&mut to.z, first + width, &normals[2]);
+            let (left, right) = (from(width - 1), from(width + 1));
+            let (below, above) = (from(0), from(2 * width));
+            let mut to = to.slice_mut(width..width + len);
+            for ix in 0..len {
+                let cross = (right.get(ix) - left.get(ix)).cross(above.get(ix) - below.get(ix)) * sign;
+                let length = cross.length();
+                let has_area = (length > f32::MIN_POSITIVE) & (length < f32::INFINITY);
+                let normal = cross / length;
+                to.set(ix, if has_area { normal } else { Vec3::ZERO });
             }
         },
     );

@@ -159,16 +159,21 @@ impl PatchTable {
         let len = width * patch.shape.num_points();
         let first = patch.first_float as usize + key * len;
         let floats = &self.floats[first..first + len];
-        let p3 = |ix: usize| Vec3::from_slice(&floats[3 * ix..]);
-        let p4 = |ix: usize| Vec4::from_slice(&floats[4 * ix..]);
         Some(match (patch.shape, patch.rational) {
-            (Shape::Bilinear, false) => Surface::Bilinear(Bilinear(std::array::from_fn(p3))),
-            (Shape::Bilinear, true) => Surface::RationalBilinear(Bilinear(std::array::from_fn(p4))),
-            (Shape::Bicubic, false) => Surface::Bicubic(Bicubic(std::array::from_fn(p3))),
-            (Shape::Bicubic, true) => Surface::RationalBicubic(Bicubic(std::array::from_fn(p4))),
+            (Shape::Bilinear, false) => Surface::Bilinear(Bilinear(points(floats, Vec3::from_array))),
+            (Shape::Bilinear, true) => Surface::RationalBilinear(Bilinear(points(floats, Vec4::from_array))),
+            (Shape::Bicubic, false) => Surface::Bicubic(Bicubic(points(floats, Vec3::from_array))),
+            (Shape::Bicubic, true) => Surface::RationalBicubic(Bicubic(points(floats, Vec4::from_array))),
             (Shape::Subdivision { .. }, _) => return None,
         })
     }
+}
+
+/// The first N points of a list of their components.
+fn points<P, const W: usize, const N: usize>(floats: &[f32], point: impl Fn([f32; W]) -> P) -> [P; N] {
+    let (each, _) = floats.as_chunks::<W>();
+    let each: &[[f32; W]; N] = each.first_chunk().expect("a patch has all its control points");
+    each.map(point)
 }
 
 /// Patches that are kept ready at a time, as a power of two; neighbours are asked for in turn.

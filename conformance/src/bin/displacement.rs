@@ -26,8 +26,10 @@ use olema_formats::image_file::{PngOptions, write_png};
 
 const RUNS: usize = 9;
 
-/// Stages of a frame and their seconds.
-const STAGES: [(&str, fn(&Seconds) -> f64); 7] = [
+/// A stage's name and its seconds.
+type Stage = (&'static str, fn(&Seconds) -> f64);
+
+const STAGES: [Stage; 7] = [
     ("connect", |s| s.connect),
     ("split", |s| s.split),
     ("dice", |s| s.dice),

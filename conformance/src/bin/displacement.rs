@@ -1,7 +1,8 @@
 //! What displacement costs, and the pictures of Sattlecker 2015, section 3.2.
 //!
 //! `cargo run --release -p conformance --bin displacement -- [DIR]` renders a model of 11,500 bicubic patches with
-//! and without displacement, in turn, and prints the medians of its stages; with a folder it also writes there:
+//! and without displacement, in turn, and prints the medians of its stages, how much of a frame displacement takes, and how
+//! much of it are the exact normals; with a folder it also writes there:
 //!
 //! - `exact-normals.png`, `estimated-normals.png`: displaced along exact normals, and along normals estimated from
 //!   neighbouring points of each patch, which tears the surface open at the patches' borders;
@@ -20,17 +21,35 @@ use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasteri
 use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
 use olema::scene::Attributes;
 use olema::shading::{ShaderParam as Param, displacement};
+use olema::stats::Seconds;
 use olema::{Hooks, Image, Renderer, Scene, Settings, Stats};
 use olema_formats::image_file::{PngOptions, write_png};
 
-const RUNS: usize = 5;
+const RUNS: usize = 9;
+
+/// A stage's name and its seconds.
+type Stage = (&'static str, fn(&Seconds) -> f64);
+
+const STAGES: [Stage; 7] = [
+    ("connect", |s| s.connect),
+    ("split", |s| s.split),
+    ("dice", |s| s.dice),
+    ("shade", |s| s.shade),
+    ("sample", |s| s.sample),
+    ("resolve", |s| s.resolve),
+    ("total", |s| s.total),
+];
+const DICE: usize = 2;
+const TOTAL: usize = 6;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plain = tube(144, 80);
-    let variants: [(&str, Scene); 4] = [
+    let variants: [(&str, Scene); 5] = [
         ("not displaced", plain.clone()),
         ("noise", displaced(&plain, "noise", 0.12, false)?),
         ("fractal", displaced(&plain, "fractal", 0.12, false)?),
+        // All the work, and the size and shape of what is not displaced.
+        ("noise, 1e-5 as high", displaced(&plain, "noise", 0.12e-5, false)?),
         ("fractal, bump only", displaced(&plain, "fractal", 0.12, true)?),
     ];
     let mut runs: Vec<Vec<Stats>> = vec![Vec::new(); variants.len()];
@@ -40,24 +59,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     println!("800 x 600, 16 samples a pixel, one thread, medians of {RUNS} in turn, seconds");
-    println!(
-        "{:<20} {:>7} {:>7} {:>7} {:>7} {:>7}  micropolygons",
-        "", "dice", "shade", "sample", "total", "ratio"
-    );
-    let base = median(&runs[0], |s| s.seconds.total);
-    for ((name, _), stats) in variants.iter().zip(&runs) {
-        let seconds = [
-            median(stats, |s| s.seconds.dice),
-            median(stats, |s| s.seconds.shade),
-            median(stats, |s| s.seconds.sample),
-            median(stats, |s| s.seconds.total),
-        ];
-        let [dice, shade, sample, total] = seconds;
-        let micropolygons = stats[0].micropolygons;
-        println!(
-            "{name:<20} {dice:>7.3} {shade:>7.3} {sample:>7.3} {total:>7.3} {:>7.2}  {micropolygons}",
-            total / base
-        );
+    print!("{:<20}", "");
+    STAGES.iter().for_each(|(name, _)| print!(" {name:>7}"));
+    println!("   share of displacement, of dicing alone");
+    let of = |runs: &[Stats]| STAGES.map(|(_, seconds)| median(runs, |stats| seconds(&stats.seconds)));
+    let plain = of(&runs[0]);
+    for ((name, scene), stats) in variants.iter().zip(&runs) {
+        let seconds = of(stats);
+        let total = seconds[TOTAL];
+        print!("{name:<20}");
+        seconds.iter().for_each(|seconds| print!(" {seconds:>7.3}"));
+        let share = |stage: usize| 100.0 * (seconds[stage] - plain[stage]) / total;
+        println!(" {:>7.1} % {:>6.1} %", share(TOTAL), share(DICE));
+        if scene.primitives[0].attributes.displacement.as_ref().is_some_and(|shader| !shader.is_bump()) {
+            println!("{:<20} {:.1} % of the frame", "  exact normals", 100.0 * exact_normals(scene)? / total);
+        }
     }
     if let Some(dir) = std::env::args().nth(1) {
         pictures(Path::new(&dir))?;
@@ -89,8 +105,23 @@ fn render(scene: &Scene) -> Result<Stats, olema::Error> {
     Ok(Renderer::new(settings())?.render(scene, &hooks)?.stats)
 }
 
-fn median(stats: &[Stats], value: impl Fn(&Stats) -> f64) -> f64 {
-    let mut values: Vec<f64> = stats.iter().map(value).collect();
+/// Seconds by which dicing and shading all grids with exact normals takes longer than with normals that are estimated from
+/// neighbouring points of a grid.
+fn exact_normals(scene: &Scene) -> Result<f64, olema::Error> {
+    let mut seconds = [Vec::new(), Vec::new()];
+    for _ in 0..RUNS {
+        for (seconds, sabotage) in seconds.iter_mut().zip([None, Some(Sabotage::EstimatedNormals)]) {
+            let start = Instant::now();
+            olema::engine::grids(scene, &settings(), sabotage, |_, _, _, _| {})?;
+            seconds.push(start.elapsed().as_secs_f64());
+        }
+    }
+    let [exact, estimated] = seconds.map(|seconds| median(&seconds, |&seconds| seconds));
+    Ok(exact - estimated)
+}
+
+fn median<T>(all: &[T], value: impl Fn(&T) -> f64) -> f64 {
+    let mut values: Vec<f64> = all.iter().map(value).collect();
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }

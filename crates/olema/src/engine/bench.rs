@@ -74,13 +74,10 @@ impl<'a> Bench<'a> {
 
     /// Dices pieces.
     pub fn dice(&self, pieces: &[Piece]) -> Vec<Diced> {
-        let context = self.frame.context();
-        pieces.iter().map(|piece| self.dice_one(&context, piece)).collect()
-    }
-
-    fn dice_one(&self, context: &SplitContext, piece: &Piece) -> Diced {
-        let corrections = RefCell::default();
-        dice(&self.frame.displace_context(context, &corrections), piece)
+        let (context, corrections, workspace) =
+            (self.frame.context(), RefCell::default(), RefCell::default());
+        let context = self.frame.displace_context(&context, &corrections, &workspace);
+        pieces.iter().map(|piece| dice(&context, piece)).collect()
     }
 
     fn shade_one(&self, diced: Diced) -> (Arc<ShadedGrid>, Arc<Colors>) {
@@ -154,8 +151,10 @@ pub fn grids(
     let bench = Bench::broken(scene, settings, sabotage)?;
     let mut stats = bench.stats.clone();
     let (context, draw) = (bench.frame.context(), bench.frame.draw_context());
+    let (corrections, workspace) = (RefCell::default(), RefCell::default());
+    let displace = bench.frame.displace_context(&context, &corrections, &workspace);
     bench.each_piece(&context, |piece| {
-        let (shaded, colors) = bench.shade_one(bench.dice_one(&context, piece));
+        let (shaded, colors) = bench.shade_one(dice(&displace, piece));
         stats.grids += 1;
         stats.micropolygons += shaded.grid.num_micropolygons() as u64;
         visit(piece, &shaded.grid, &colors, &draw);

@@ -7,6 +7,7 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -16,9 +17,39 @@ use crate::pipeline::shade::ShadedGrid;
 /// Locks that share the work; a grid is looked up once a tile, so that contention is rare.
 const SHARDS: usize = 64;
 
+/// Mixes keys with a product each word (Knuth, section 6.4): they come from splitting, which nobody can aim at one
+/// bucket, and a hash that withstands that took half of a look-up.
+#[derive(Debug, Default, Clone, Copy)]
+struct Mix(u64);
+
+impl Hasher for Mix {
+    fn finish(&self) -> u64 {
+        self.0 ^ (self.0 >> 32)
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.write_u64(byte.into()));
+    }
+
+    fn write_u32(&mut self, word: u32) {
+        self.write_u64(word.into());
+    }
+
+    fn write_u64(&mut self, word: u64) {
+        self.0 = (self.0.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+
+    fn write_u128(&mut self, word: u128) {
+        self.write_u64(word as u64);
+        self.write_u64((word >> 64) as u64);
+    }
+}
+
+type Shard = HashMap<GridKey, Kept, BuildHasherDefault<Mix>>;
+
 /// Shared by all workers of a frame.
 pub(super) struct GridCache {
-    shards: Vec<Mutex<HashMap<GridKey, Kept>>>,
+    shards: Vec<Mutex<Shard>>,
     used: AtomicU64,
     budget: u64,
     done: Mutex<Done>,
@@ -59,7 +90,7 @@ impl GridCache {
         GridCache { shards, used: AtomicU64::new(0), budget, done: Mutex::new(done) }
     }
 
-    fn shard(&self, key: &GridKey) -> &Mutex<HashMap<GridKey, Kept>> {
+    fn shard(&self, key: &GridKey) -> &Mutex<Shard> {
         &self.shards[(key.patch as usize).wrapping_mul(31).wrapping_add(key.path as usize) % SHARDS]
     }
 

@@ -24,6 +24,7 @@ use crate::pipeline::resolve::FilterTable;
 use crate::pipeline::sample::DrawContext;
 use crate::pipeline::shade::Shader;
 use crate::pipeline::split::{Fate, SplitContext};
+use crate::pipeline::workspace::Workspace;
 use crate::pipeline::{EdgeTable, PatchTable};
 use crate::sampling::{LensShape, PatternSpec, Region, SamplePattern, ShutterShape, TupleTimes};
 use crate::scene::{Primitive, Scene};
@@ -185,8 +186,9 @@ impl<'a> FrameData<'a> {
         &'b self,
         frame: &'b SplitContext<'f>,
         corrections: &'b RefCell<Corrections>,
+        workspace: &'b RefCell<Workspace>,
     ) -> DisplaceContext<'b, 'f> {
-        DisplaceContext { frame, scene: self.scene, infos: &self.infos, corrections }
+        DisplaceContext { frame, scene: self.scene, infos: &self.infos, corrections, workspace }
     }
 
     /// Splits all patches to about the size of a tile and files the pieces. `None` where it was cancelled.

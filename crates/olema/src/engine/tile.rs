@@ -14,6 +14,7 @@ use crate::pipeline::sample::{GridSlots, TileBuffers, UsedVertices};
 use crate::pipeline::shade::{Colors, ShadedCount, ShadedGrid};
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::pipeline::sweep::Sweep;
+use crate::pipeline::workspace::Workspace;
 use crate::pipeline::{Grid, GridKey};
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{Kernels, Region, RegionSamples, SampleBuffer, TransparentRecords};
@@ -47,6 +48,7 @@ pub(super) struct TileWorker<'a> {
     occluders: Option<Occluders>,
     colors: Vec<SampleColor>,
     pub corrections: RefCell<Corrections>,
+    workspace: RefCell<Workspace>,
     pub stats: Stats,
 }
 
@@ -84,6 +86,7 @@ impl<'a> TileWorker<'a> {
             occluders: frame.cull.as_ref().map(Occluders::new),
             colors: Vec::new(),
             corrections: RefCell::default(),
+            workspace: RefCell::default(),
             stats: Stats::default(),
         }
     }
@@ -356,7 +359,7 @@ impl<'a> TileWorker<'a> {
         let watch = Stopwatch::new(self.hooks);
         let primitive_ix = frame.patches.patches[piece.patch as usize].primitive as usize;
         let context = &self.context;
-        let diced = dice(&frame.displace_context(context, &self.corrections), piece);
+        let diced = dice(&frame.displace_context(context, &self.corrections, &self.workspace), piece);
         let stats = &mut self.stats;
         let num_vertices = diced.grid.num_vertices() as u64;
         stats.grids += 1;

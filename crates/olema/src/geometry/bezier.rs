@@ -120,13 +120,38 @@ impl<P: ControlPoint> Bicubic<P> {
     /// Position and derivatives at (u, v) in [0, 1]^2.
     #[inline(always)]
     pub fn evaluate(&self, u: f32, v: f32) -> SurfacePoint {
+        self.column(u).evaluate(v)
+    }
+
+    /// The curve of constant u.
+    #[inline(always)]
+    pub fn column(&self, u: f32) -> Column<P> {
         let (bu, du) = (bernstein(u), bernstein_derivative(u));
-        let (bv, dv) = (bernstein(v), bernstein_derivative(v));
-        let row = |j: usize| [self.0[4 * j], self.0[4 * j + 1], self.0[4 * j + 2], self.0[4 * j + 3]];
-        let rows = [row(0), row(1), row(2), row(3)];
-        let along_u = rows.map(|r| P::blend(r, bu));
-        let along_du = rows.map(|r| P::blend(r, du));
-        P::surface_point(P::blend(along_u, bv), P::blend(along_du, bv), P::blend(along_u, dv))
+        let [r0, r1, r2, r3] = self.rows();
+        Column {
+            points: [P::blend(r0, bu), P::blend(r1, bu), P::blend(r2, bu), P::blend(r3, bu)],
+            du: [P::blend(r0, du), P::blend(r1, du), P::blend(r2, du), P::blend(r3, du)],
+        }
+    }
+
+    /// The position alone, with the same bits.
+    #[inline(always)]
+    pub fn position(&self, u: f32, v: f32) -> Vec3 {
+        let (bu, bv) = (bernstein(u), bernstein(v));
+        let [r0, r1, r2, r3] = self.rows();
+        P::blend([P::blend(r0, bu), P::blend(r1, bu), P::blend(r2, bu), P::blend(r3, bu)], bv).position()
+    }
+
+    /// Control points, row after row.
+    #[inline(always)]
+    fn rows(&self) -> [[P; 4]; 4] {
+        let p = &self.0;
+        [
+            [p[0], p[1], p[2], p[3]],
+            [p[4], p[5], p[6], p[7]],
+            [p[8], p[9], p[10], p[11]],
+            [p[12], p[13], p[14], p[15]],
+        ]
     }
 
     /// Control points of the curve along a side: 0: v = 0, 1: u = 1, 2: v = 1, 3: u = 0; u or v ascending.
@@ -161,6 +186,24 @@ impl<P: ControlPoint> Bicubic<P> {
     }
 }
 
+/// A bicubic patch's curve of constant u: a cubic in v.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Column<P> {
+    /// Its control points.
+    pub points: [P; 4],
+    /// Their derivatives along u.
+    pub du: [P; 4],
+}
+
+impl<P: ControlPoint> Column<P> {
+    /// Position and derivatives at v in [0, 1].
+    #[inline(always)]
+    pub fn evaluate(&self, v: f32) -> SurfacePoint {
+        let (bv, dv) = (bernstein(v), bernstein_derivative(v));
+        P::surface_point(P::blend(self.points, bv), P::blend(self.du, bv), P::blend(self.points, dv))
+    }
+}
+
 /// Control points of a cubic over `[t0, t1]` (its blossom at the new ends).
 fn restrict_curve<P: ControlPoint>(p: [P; 4], [t0, t1]: [f32; 2]) -> [P; 4] {
     // Weights, not differences: next to a huge point a small one keeps its digits.
@@ -188,6 +231,13 @@ impl<P: ControlPoint> Bilinear<P> {
         let du = P::blend([a, b, c, d], [v - 1.0, 1.0 - v, -v, v]);
         let dv = P::blend([a, b, c, d], [u - 1.0, -u, 1.0 - u, u]);
         P::surface_point(p, du, dv)
+    }
+
+    /// The position alone, with the same bits.
+    #[inline(always)]
+    pub fn position(&self, u: f32, v: f32) -> Vec3 {
+        let [a, b, c, d] = self.0;
+        P::lerp(P::lerp(a, b, u), P::lerp(c, d, u), v).position()
     }
 
     /// The same curve as [`Bicubic::side`] gives, raised to a cubic, for comparison.

@@ -2,6 +2,7 @@
 
 pub mod bezier;
 pub mod camera;
+pub mod lanes;
 pub mod subdivision;
 
 pub use bezier::{Bicubic, SurfacePoint};

@@ -75,6 +75,30 @@ pub trait LanesKernel {
     fn run<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 
+/// `values[first..first + N]`; zeros beyond the end.
+#[inline(always)]
+pub fn load<const N: usize>(values: &[f32], first: usize) -> [f32; N] {
+    let values = &values[first..];
+    match values.first_chunk() {
+        Some(all) => *all,
+        None => {
+            let mut padded = [0.0; N];
+            padded[..values.len()].copy_from_slice(values);
+            padded
+        }
+    }
+}
+
+/// Writes `values` to `to[first..first + N]`, as far as there is room.
+#[inline(always)]
+pub fn store<const N: usize>(to: &mut [f32], first: usize, values: &[f32; N]) {
+    let to = &mut to[first..];
+    match to.first_chunk_mut() {
+        Some(all) => *all = *values,
+        None => to.copy_from_slice(&values[..to.len()]),
+    }
+}
+
 impl Default for SimdLevel {
     fn default() -> Self {
         SimdLevel::best()

@@ -15,6 +15,7 @@ use crate::geometry::Aabb;
 
 use crate::geometry::subdivision::{BaseQuad, CornerId, Piece};
 
+use super::known::Known;
 use super::patch::{Patch, PatchTable, SIDE_CORNERS, Shape};
 use super::rate::Fineness;
 use super::weld::KeyedWelder;
@@ -125,12 +126,14 @@ pub struct CornerUse {
 }
 
 /// Edges and corners of all patches.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct EdgeTable {
     /// Edges, in the order of their owners.
     pub edges: Vec<Edge>,
     /// Corners, in the order of their owners.
     pub corners: Vec<Corner>,
+    /// What was measured of them.
+    pub known: Known,
     edge_users: Lists<Owner>,
     corner_users: Lists<CornerUse>,
 }
@@ -247,6 +250,7 @@ pub fn connect(table: &mut PatchTable, fineness: &[Fineness]) -> EdgeTable {
     for ix in 0..table.patches.len() {
         table.patches[ix].slack = by_points.curves.slack(&edges, &table.patches[ix], ix);
     }
+    edges.known = Known::new(edges.edges.len(), table.patches.len());
     edges
 }
 

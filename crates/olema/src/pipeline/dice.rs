@@ -2,24 +2,22 @@
 //!
 //! In: `Piece` whose lattice is decided. Out: `Grid` (raster positions, depth) and the `ShadingPoints` of its
 //! vertices. Points of the piece's sides come from the edges (through their owners), the others from the
-//! patch. A side with fewer segments than the lattice has its vertices used more than once, so that the grid's
-//! border is exactly the edge's polyline: some micropolygons collapse to triangles or to nothing, and no
-//! T-junction opens. Source: Cook et al. 1987, section 3.
+//! patch: see [`lattice`](super::lattice). Source: Cook et al. 1987, section 3.
 
 use glam::Vec3;
 
-use crate::geometry::{RasterCamera, SurfacePoint};
+use crate::geometry::RasterCamera;
 use crate::math::Vec3s;
 use crate::scene::{Between, Keyed, Primitive, Scene};
-use crate::shading::{PointVar, ShadingPoints};
+use crate::shading::{Inputs, PointVar, ShadingPoints};
 
-use super::displace::{DisplaceContext, Displacer, Query};
+use super::displace::{DisplaceContext, Displacer};
 use super::grid::{Grid, GridKey, Look};
 use super::motion::{placement, placements};
-use super::patch::unit_normal;
-use super::piece::{Piece, PieceKind, Sabotage, Side, quad_uv};
+use super::piece::{Piece, PieceKind};
 use super::primvar::{each_variable, texture_coordinates};
 use super::split::SplitContext;
+use super::workspace::Workspace;
 
 /// What dicing needs to know of a primitive, the same for all its patches.
 #[derive(Debug, Clone)]
@@ -78,309 +76,110 @@ pub struct Diced {
 
 /// Dices `piece`, whose kind is `PieceKind::Lattice`.
 pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
-    let DisplaceContext { frame, scene, infos, .. } = *context;
-    let PieceKind::Lattice { m, n, i, j } = piece.kind else {
-        unreachable!("only pieces with a lattice are diced");
-    };
+    let frame = context.frame;
     let patch = &frame.patches.patches[piece.patch as usize];
-    let primitive = &scene.primitives[patch.primitive as usize];
-    let info = &infos[patch.primitive as usize];
-    let columns = u32::from(i[1] - i[0]);
-    let vertices = lattice_vertices(frame, piece, [m, n], i, j);
-    let key =
-        GridKey { primitive: patch.primitive, patch: piece.patch, path: piece.path, block: [i[0], j[0]] };
-    let mut grid = Grid {
-        m: columns,
-        n: u32::from(j[1] - j[0]),
-        motion: patch.motion,
-        ..Grid::empty(key, info.look, vertices.len() * frame.patches.num_keys(piece.patch))
-    };
-    let uv: Vec<[f32; 2]> = vertices.iter().map(|v| v.uv).collect();
+    let primitive = &context.scene.primitives[patch.primitive as usize];
+    let info = &context.infos[patch.primitive as usize];
+    let inputs = primitive.attributes.surface.traits().inputs;
+    let mut workspace = context.workspace.borrow_mut();
+    let wanted = workspace.set(context, piece, inputs, info.displacement.is_some() && inputs.n);
+    let mut grid = empty_grid(frame, piece, info.look);
     let [from, to] = info.shading.keys;
-    let mut ring: Option<Ring> = None;
-    let mut shaded_at = Vec::new();
     for key in 0..frame.patches.num_keys(piece.patch) {
         let is_shaded = key == from || key == to && info.shading.part > 0.0;
-        let of_key = info
-            .displacement
-            .as_ref()
-            .filter(|_| is_shaded)
-            .map(|displacer| (displacer.is_bump, Ring::new(context, piece, key)));
-        // A bump shader's ring is where the surface would be, not where it is.
-        let known = of_key.as_ref().filter(|(is_bump, _)| !is_bump).map(|(_, ring)| ring);
-        let placed = vertex_positions(context, piece.patch, &vertices, key, known);
-        place(&mut grid, frame.camera, &placed);
+        workspace.place(context, [piece.patch, key as u32], wanted, is_shaded);
+        place(&mut grid, frame, &workspace.now.vertices);
+        workspace.keep_vertices(key);
         if is_shaded {
-            shaded_at = blend(shaded_at, placed, info.shading.part as f32);
+            let part = (key != from).then_some(info.shading.part as f32);
+            workspace.note_shaded(part, info.normal_sign);
         }
-        if let Some((_, of_key)) = of_key {
-            ring = Some(match ring {
-                None => of_key,
-                Some(first) => first.blend(of_key, info.shading.part as f32),
-            });
-        }
+    }
+    if grid.has_slow() {
+        grid.slow.p = workspace.kept_vertices().to_vec();
     }
     grid.close(frame.camera, &frame.patches.times.sets[patch.motion as usize]);
-    let mut points = shading_points(frame, piece.patch, &uv, info, ring.as_ref());
-    points.i = collect(shaded_at.iter().map(|&p| frame.camera.incident(p)));
-    points.p = collect(shaded_at.into_iter());
-    primitive_variables(frame, piece.patch, &mut points, &uv, primitive, info);
-    if let Some(ring) = &ring {
-        ring.set_normals(info.normal_sign, &mut points);
-    }
-    steps(&mut points, columns as usize);
+    let mut points = shading_points(context, piece.patch, &workspace, inputs);
+    primitive_variables(frame, piece.patch, &mut points, &workspace.lattice.uv, primitive, info);
+    workspace.displaced_normals(context, piece.patch, |vertex, normal| {
+        points.n.set(vertex, normal);
+        points.ng.set(vertex, normal);
+    });
     Diced { grid, points }
 }
 
-/// Vectors part of the way from some to others; the others where there are none before.
-fn blend(from: Vec<Vec3>, to: Vec<Vec3>, part: f32) -> Vec<Vec3> {
-    if from.is_empty() {
-        return to;
-    }
-    from.into_iter().zip(to).map(|(from, to)| from + (to - from) * part).collect()
-}
-
-fn collect(values: impl ExactSizeIterator<Item = Vec3>) -> Vec3s {
-    let mut all = Vec3s::with_capacity(values.len());
-    values.for_each(|value| all.push(value));
-    all
-}
-
-/// Where vertices are at a key: those on sides as the owners of these say. What a ring knows of the others is
-/// taken from there.
-fn vertex_positions(
-    context: &DisplaceContext,
-    patch: u32,
-    vertices: &[LatticeVertex],
-    key: usize,
-    ring: Option<&Ring>,
-) -> Vec<Vec3> {
-    let frame = context.frame;
-    if !context.is_displaced(patch) {
-        let position = |vertex: &LatticeVertex| match vertex.border {
-            Some(point) => frame.position(patch, point, key),
-            None => frame.surfaces.evaluate(patch, key, vertex.uv).p,
-        };
-        return vertices.iter().map(position).collect();
-    }
-    let (mut asked, mut queries) = (Vec::new(), Vec::new());
-    let mut placed = vec![Vec3::ZERO; vertices.len()];
-    for (ix, vertex) in vertices.iter().enumerate() {
-        match (vertex.border, ring) {
-            (None, Some(ring)) => {
-                placed[ix] = ring.of_vertex(ix);
-                continue;
-            }
-            (None, None) => queries.push(context.inner(patch, key, vertex.uv)),
-            (Some(point), _) => queries.push(context.border(patch, key, point, vertex.uv)),
-        }
-        asked.push(ix);
-    }
-    for (ix, p) in asked.into_iter().zip(context.positions(&queries, key, false)) {
-        placed[ix] = p;
-    }
-    placed
-}
-
-/// A displaced lattice with a ring of ghost vertices around it, at a motion key or between two: shading normals from it agree
-/// with those of the grid next to it on the same patch.
-struct Ring {
-    /// Vertices of a row, ghosts included.
-    width: usize,
-    height: usize,
-    /// What was asked, vertex by vertex.
-    queries: Vec<Query>,
-    /// Where they are, displaced.
-    placed: Vec<Vec3>,
-    /// Whether a vertex lies on the patch.
-    exists: Vec<bool>,
-}
-
-impl Ring {
-    fn new(context: &DisplaceContext, piece: &Piece, key: usize) -> Self {
-        let PieceKind::Lattice { m, n, i, j } = piece.kind else {
-            unreachable!("only pieces with a lattice are diced");
-        };
-        let (width, height) = (usize::from(i[1] - i[0]) + 3, usize::from(j[1] - j[0]) + 3);
-        let (mut queries, mut exists) = (Vec::new(), Vec::new());
-        for row in 0..height {
-            for column in 0..width {
-                // The same quotients as the lattice's own vertices have.
-                let a = (f32::from(i[0]) + column as f32 - 1.0) / f32::from(m);
-                let b = (f32::from(j[0]) + row as f32 - 1.0) / f32::from(n);
-                let [u, v] = quad_uv(&piece.uv, a, b);
-                // Beyond the patch there is nothing to ask; a rounding beyond it still counts as on it.
-                exists.push([u, v].iter().all(|&c| (-1e-5..=1.0 + 1e-5).contains(&c)));
-                queries.push(context.inner(piece.patch, key, [u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]));
-            }
-        }
-        let placed = context.positions(&queries, key, true);
-        Ring { width, height, queries, placed, exists }
-    }
-
-    /// Part of the way to the ring of the next key.
-    fn blend(mut self, next: Ring, part: f32) -> Ring {
-        for (query, next) in self.queries.iter_mut().zip(&next.queries) {
-            query.at = blend_points(&query.at, &next.at, part);
-            query.normal = (query.normal + (next.normal - query.normal) * part).normalize_or(query.normal);
-        }
-        self.placed = blend(self.placed, next.placed, part);
-        self
-    }
-
-    /// Place in the ring of vertex `vertex` of the grid.
-    fn index(&self, vertex: usize) -> usize {
-        (vertex / (self.width - 2) + 1) * self.width + vertex % (self.width - 2) + 1
-    }
-
-    fn of_vertex(&self, vertex: usize) -> Vec3 {
-        self.placed[self.index(vertex)]
-    }
-
-    /// Normals by central differences, one-sided at the border of the patch.
-    fn set_normals(&self, sign: f32, points: &mut ShadingPoints) {
-        for vertex in 0..(self.width - 2) * (self.height - 2) {
-            let at = self.index(vertex);
-            let across = |step: usize| {
-                let (before, after) = (at - step, at + step);
-                let from = if self.exists[before] { before } else { at };
-                let to = if self.exists[after] { after } else { at };
-                self.placed[to] - self.placed[from]
-            };
-            let cross = across(1).cross(across(self.width)) * sign;
-            let length = cross.length();
-            // A grid that is folded to nothing keeps the normal of the surface below.
-            if length.is_finite() && length > f32::MIN_POSITIVE {
-                points.n.set(vertex, cross / length);
-                points.ng.set(vertex, cross / length);
-            }
-        }
-    }
-}
-
-struct LatticeVertex {
-    uv: [f32; 2],
-    /// Where it lies on a side of the quad.
-    border: Option<super::piece::PointRef>,
-}
-
-fn lattice_vertices(
-    context: &SplitContext,
-    piece: &Piece,
-    [m, n]: [u16; 2],
-    i: [u16; 2],
-    j: [u16; 2],
-) -> Vec<LatticeVertex> {
-    let on_side = |side: usize, line: u16, lines: u16| {
-        let side: &Side = &piece.sides[side];
-        // Vertex round(line * segments / lines): every edge vertex is hit, in order, some of them twice.
-        let (line, lines, segments) = (u64::from(line), u64::from(lines), u64::from(side.segments()));
-        let step = ((2 * line * segments + lines) / (2 * lines)) as u32;
-        let (point, uv) = context.side_vertex(piece.patch, side, step);
-        let keeps = context.sabotage != Some(Sabotage::Owner);
-        LatticeVertex { uv, border: keeps.then_some(point) }
+/// A grid without vertices yet.
+fn empty_grid(frame: &SplitContext, piece: &Piece, look: Look) -> Grid {
+    let PieceKind::Lattice { i, j, .. } = piece.kind else {
+        unreachable!("only pieces with a lattice are diced");
     };
-    let snaps = context.sabotage != Some(Sabotage::Snap);
-    let mut vertices = Vec::new();
-    for b in j[0]..=j[1] {
-        for a in i[0]..=i[1] {
-            vertices.push(if b == 0 && snaps {
-                on_side(0, a, m)
-            } else if b == n && snaps {
-                on_side(2, a, m)
-            } else if a == 0 && snaps {
-                on_side(3, b, n)
-            } else if a == m && snaps {
-                on_side(1, b, n)
-            } else {
-                let uv = quad_uv(&piece.uv, f32::from(a) / f32::from(m), f32::from(b) / f32::from(n));
-                LatticeVertex { uv, border: None }
-            });
-        }
-    }
-    vertices
+    let patch = &frame.patches.patches[piece.patch as usize];
+    let key =
+        GridKey { primitive: patch.primitive, patch: piece.patch, path: piece.path, block: [i[0], j[0]] };
+    let [m, n] = [i, j].map(|[from, to]| u32::from(to - from));
+    let num_vertices = (m as usize + 1) * (n as usize + 1);
+    let room = num_vertices * frame.patches.num_keys(piece.patch);
+    Grid { m, n, motion: patch.motion, ..Grid::empty(key, look, room) }
 }
 
 /// Puts the next key's vertices on the raster.
-fn place(grid: &mut Grid, camera: &RasterCamera, placed: &[Vec3]) {
-    for (ix, &p) in placed.iter().enumerate() {
-        let fixed = camera.fixed(p);
-        if fixed.is_none() {
-            grid.slow.is_slow.resize(placed.len(), false);
+fn place(grid: &mut Grid, frame: &SplitContext, placed: &Vec3s) {
+    let (camera, len, first) = (frame.camera, grid.num_vertices(), grid.x.len());
+    grid.x.resize(first + len, 0);
+    grid.y.resize(first + len, 0);
+    grid.depth.extend_from_slice(&placed.z[..len]);
+    let (x, y) = (&mut grid.x[first..], &mut grid.y[first..]);
+    let all_fast = camera.fixed_list(frame.surfaces.level, placed.slice(0..len), x, y);
+    let is_fast = |ix: usize| all_fast || camera.fixed(placed.get(ix)).is_some();
+    if !all_fast {
+        grid.slow.is_slow.resize(len, false);
+        for ix in (0..len).filter(|&ix| !is_fast(ix)) {
             grid.slow.is_slow[ix] = true;
+            (x[ix], y[ix]) = (0, 0);
         }
-        let [x, y] = fixed.unwrap_or([0, 0]);
-        grid.x.push(x);
-        grid.y.push(y);
-        grid.depth.push(p.z);
-        if camera.lens.is_some() {
-            grid.coc.push(if fixed.is_some() { camera.coc(p.z) } else { 0 });
-        }
+    }
+    if camera.lens.is_some() {
+        grid.coc.extend((0..len).map(|ix| if is_fast(ix) { camera.coc(placed.z[ix]) } else { 0 }));
     }
     grid.keys += 1;
-    // A vertex may turn slow at a later key: positions of all keys are kept until that is known.
-    grid.slow.p.extend_from_slice(placed);
 }
 
-/// A surface point part of the way between two.
-fn blend_points(from: &SurfacePoint, to: &SurfacePoint, part: f32) -> SurfacePoint {
-    let between = |from: Vec3, to: Vec3| from + (to - from) * part;
-    SurfacePoint { p: between(from.p, to.p), du: between(from.du, to.du), dv: between(from.dv, to.dv) }
-}
-
-/// A patch and its unit normal at the time of shading.
-fn shaded_surface(
-    context: &SplitContext,
-    patch: u32,
-    uv: [f32; 2],
-    shading: &Between,
-) -> (SurfacePoint, Vec3) {
-    let [from, to] = shading.keys;
-    let mut at = context.surfaces.evaluate(patch, from, uv);
-    if shading.part > 0.0 {
-        at = blend_points(&at, &context.surfaces.evaluate(patch, to, uv), shading.part as f32);
-    }
-    let normal = unit_normal(&at).unwrap_or_else(|| context.surfaces.normal(patch, from, uv));
-    (at, normal)
-}
-
-/// Normals, derivatives and parameters.
+/// What shaders see of a grid's vertices, with the normals of the surface before it is displaced; what `inputs` does not
+/// ask for stays empty.
 fn shading_points(
-    context: &SplitContext,
-    patch_ix: u32,
-    uv: &[[f32; 2]],
-    info: &PrimitiveInfo,
-    ring: Option<&Ring>,
+    context: &DisplaceContext,
+    patch: u32,
+    workspace: &Workspace,
+    inputs: Inputs,
 ) -> ShadingPoints {
-    let [u0, u1, v0, v1] = context.patches.patches[patch_ix as usize].params;
-    let vectors = || Vec3s::with_capacity(uv.len());
-    let floats = || Vec::with_capacity(uv.len());
-    let mut points = ShadingPoints {
-        dpdu: vectors(),
-        dpdv: vectors(),
-        ng: vectors(),
-        u: floats(),
-        v: floats(),
-        ..ShadingPoints::default()
+    let (lattice, shaded) = (&workspace.lattice, &workspace.shaded);
+    let vertices = 0..lattice.num_vertices();
+    let copy = |all: &Vec3s| {
+        let mut copy = Vec3s::default();
+        copy.assign(all, vertices.clone());
+        copy
     };
-    for (vertex, &[u, v]) in uv.iter().enumerate() {
-        let (at, normal) = match ring {
-            Some(ring) => {
-                let query = &ring.queries[ring.index(vertex)];
-                (query.at, query.normal)
-            }
-            None => {
-                let (at, normal) = shaded_surface(context, patch_ix, [u, v], &info.shading);
-                (at, normal * info.normal_sign)
-            }
-        };
-        points.dpdu.push(at.du / (u1 - u0));
-        points.dpdv.push(at.dv / (v1 - v0));
-        points.ng.push(normal);
-        points.u.push(u0 + (u1 - u0) * u);
-        points.v.push(v0 + (v1 - v0) * v);
+    let mut points = ShadingPoints { p: copy(&shaded.vertices), ..ShadingPoints::default() };
+    points.i = if context.frame.camera.perspective {
+        points.p.clone()
+    } else {
+        Vec3s::splat(Vec3::Z, vertices.len())
+    };
+    if inputs.n {
+        points.ng = copy(&shaded.points.normal);
+        points.n = points.ng.clone();
     }
-    points.n = points.ng.clone();
+    let [u0, u1, v0, v1] = context.frame.patches.patches[patch as usize].params;
+    if inputs.derivatives {
+        (points.dpdu, points.dpdv) = (copy(&shaded.points.at.du), copy(&shaded.points.at.dv));
+        points.dpdu.each(|c| c / (u1 - u0));
+        points.dpdv.each(|c| c / (v1 - v0));
+    }
+    if inputs.uv {
+        points.u = lattice.uv.iter().map(|[u, _]| u0 + (u1 - u0) * u).collect();
+        points.v = lattice.uv.iter().map(|[_, v]| v0 + (v1 - v0) * v).collect();
+        steps(&mut points, lattice.columns);
+    }
     points
 }
 
@@ -396,7 +195,9 @@ fn primitive_variables(
     let attributes = &primitive.attributes;
     points.cs = Vec3s::splat(Vec3::from_array(attributes.color), uv.len());
     points.os = Vec3s::splat(Vec3::from_array(attributes.opacity), uv.len());
-    (points.s, points.t) = texture_coordinates(context, patch_ix, uv, primitive, info);
+    if attributes.surface.traits().inputs.st {
+        (points.s, points.t) = texture_coordinates(context, patch_ix, uv, primitive, info);
+    }
     each_variable(
         context,
         patch_ix,
@@ -424,8 +225,7 @@ fn assign(points: &mut ShadingPoints, name: &str, num_floats: usize, floats: Vec
 }
 
 /// Steps of u and v between neighbouring vertices.
-fn steps(points: &mut ShadingPoints, columns: usize) {
-    let width = columns + 1;
+fn steps(points: &mut ShadingPoints, width: usize) {
     let len = points.u.len();
     let step = |values: &[f32], ix: usize, next: bool, by: usize| {
         let other = if next { ix + by } else { ix - by };

@@ -1,36 +1,33 @@
 //! Displace: moves points along what a displacement shader says.
 //!
-//! In: points of patches, as (patch, u, v) with the shading rate that holds there. Out: their positions in
-//! camera space. A point on a welded edge or corner is asked for on its owner, with inputs that are functions of
-//! the edge alone: the owner's texture coordinates, the sum of the normals of all patches that meet there, and a
-//! filter width that follows from the place and the edge's finest rate. Whoever dices it gets the same bits.
-//!
-//! The filter width is the side of a micropolygon at the point's depth. That needs no step along the edge, so
-//! corners need no rule of their own, and a grid's own resolution never enters.
+//! In: points of patches. Out: their positions in camera space. A point on a welded edge or corner is asked for on its
+//! owner, with inputs that are functions of the edge alone: the owner's texture coordinates, the sum of the normals of
+//! all patches that meet there ([`border`](super::border)), and a filter width that follows from the place and the
+//! edge's finest rate. Whoever dices it gets the same bits. The points go through the shaders in
+//! [`moving`](super::moving).
 
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use glam::{DMat3, DMat4, DVec3, Vec3};
+use glam::{DMat3, DMat4};
 
-use crate::geometry::SurfacePoint;
-use crate::math::Vec3s;
 use crate::scene::{Primitive, Scene};
-use crate::shading::{DisplacementPoints, DisplacementShader, largest_stretch};
+use crate::shading::{DisplacementShader, largest_stretch};
 
 use super::connect::EdgeTable;
 use super::dice::PrimitiveInfo;
-use super::patch::{CORNER_UV, PatchTable, side_uv, unit_normal};
+use super::patch::PatchTable;
 use super::piece::{PointRef, Sabotage};
-use super::primvar::texture_coordinates;
 use super::split::SplitContext;
+use super::workspace::Workspace;
 
 /// A primitive's displacement, ready to use.
 #[derive(Debug, Clone)]
 pub struct Displacer {
-    shader: Arc<dyn DisplacementShader>,
+    /// The shader.
+    pub shader: Arc<dyn DisplacementShader>,
     /// At each motion key.
-    spaces: Vec<Spaces>,
+    pub spaces: Vec<Spaces>,
     /// Largest length of an offset that is let through, in object space.
     pub bound: f32,
     /// The same in camera space, at whichever key it is largest.
@@ -41,11 +38,15 @@ pub struct Displacer {
 
 /// Object and camera space at a motion key.
 #[derive(Debug, Clone, Copy)]
-struct Spaces {
-    to_camera: DMat4,
-    to_object: DMat4,
+pub struct Spaces {
+    /// Object to camera space.
+    pub to_camera: DMat4,
+    /// Camera to object space.
+    pub to_object: DMat4,
+    /// The same for normals, which become of any length.
+    pub normal_to_object: DMat4,
     /// Object-space length of a camera-space unit, about.
-    shrink: f32,
+    pub shrink: f32,
 }
 
 impl Displacer {
@@ -63,7 +64,7 @@ impl Displacer {
         let spaces = |&to_camera: &DMat4| {
             let to_object = to_camera.inverse();
             let shrink = crate::math::function::pow64(to_object.determinant().abs(), 1.0 / 3.0) as f32;
-            Spaces { to_camera, to_object, shrink }
+            Spaces { to_camera, to_object, normal_to_object: to_camera.transpose(), shrink }
         };
         let spaces: Vec<Spaces> = to_camera.iter().map(spaces).collect();
         if !spaces.iter().all(|s| s.to_object.is_finite()) || !bound.is_finite() {
@@ -85,7 +86,8 @@ pub struct Corrections {
 }
 
 impl Corrections {
-    fn note(&mut self, primitive: u32, needed: f32, not_finite: bool) {
+    /// Notes a correction: the length that was asked for (0: within the bound), whether it was not finite.
+    pub fn note(&mut self, primitive: u32, needed: f32, not_finite: bool) {
         match self.entries.iter_mut().find(|(p, ..)| *p == primitive) {
             Some((_, most, bad)) => {
                 *most = most.max(needed);
@@ -123,21 +125,6 @@ impl Corrections {
     }
 }
 
-/// A point to place: where, and how finely it is sampled.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Query {
-    /// The patch it is evaluated on.
-    pub patch: u32,
-    /// Where on the patch.
-    pub uv: [f32; 2],
-    /// The patch there, at the motion key that was asked for.
-    pub at: SurfacePoint,
-    /// Unit normal of the surface there in camera space, turned by the orientation attribute.
-    pub normal: Vec3,
-    /// Area of a micropolygon in pixels.
-    pub shading_rate: f32,
-}
-
 /// What displacing needs besides what splitting knows.
 #[derive(Clone, Copy)]
 pub struct DisplaceContext<'a, 'f> {
@@ -149,10 +136,13 @@ pub struct DisplaceContext<'a, 'f> {
     pub infos: &'a [PrimitiveInfo],
     /// Where corrections are noted.
     pub corrections: &'a RefCell<Corrections>,
+    /// Lists to work with.
+    pub workspace: &'a RefCell<Workspace>,
 }
 
 impl DisplaceContext<'_, '_> {
-    fn info(&self, patch: u32) -> (u32, &PrimitiveInfo) {
+    /// Number and facts of a patch's primitive.
+    pub fn info(&self, patch: u32) -> (u32, &PrimitiveInfo) {
         let primitive = self.frame.patches.patches[patch as usize].primitive;
         (primitive, &self.infos[primitive as usize])
     }
@@ -162,191 +152,26 @@ impl DisplaceContext<'_, '_> {
         self.frame.patches.patches[patch as usize].is_displaced
     }
 
-    /// The normal of one patch at (u, v), turned by its orientation.
-    fn own_normal(&self, patch: u32, key: usize, uv: [f32; 2], at: &SurfacePoint) -> Vec3 {
-        if self.frame.sabotage == Some(Sabotage::EstimatedNormals) {
-            return self.estimated_normal(patch, key, uv, at.p);
-        }
-        let normal = unit_normal(at).unwrap_or_else(|| self.frame.surfaces.normal(patch, key, uv));
-        normal * self.info(patch).1.normal_sign
+    /// +1 where the normal of a patch is dPdu x dPdv, -1 where it is the opposite.
+    pub fn normal_sign(&self, patch: u32) -> f32 {
+        self.info(patch).1.normal_sign
     }
 
-    /// The normal of the triangle to the next points of the patch, a sixteenth of it away.
-    fn estimated_normal(&self, patch: u32, key: usize, [u, v]: [f32; 2], p: Vec3) -> Vec3 {
-        let step = |c: f32| if c > 0.5 { -1.0 / 16.0 } else { 1.0 / 16.0 };
-        let (du, dv) = (step(u), step(v));
-        let along_u = (self.frame.surfaces.evaluate(patch, key, [u + du, v]).p - p) / du;
-        let along_v = (self.frame.surfaces.evaluate(patch, key, [u, v + dv]).p - p) / dv;
-        along_u.cross(along_v).normalize_or_zero() * self.info(patch).1.normal_sign
-    }
-
-    /// A point inside the patch, at a motion key.
-    pub fn inner(&self, patch: u32, key: usize, uv: [f32; 2]) -> Query {
-        let at = self.frame.surfaces.evaluate(patch, key, uv);
-        let shading_rate = self.frame.fineness[self.info(patch).0 as usize].shading_rate;
-        Query { patch, uv, at, normal: self.own_normal(patch, key, uv, &at), shading_rate }
-    }
-
-    /// A point of a side: on its owner, with the sum of all normals that meet there. `own_uv` is where it lies on
-    /// the patch that asks.
-    pub fn border(&self, patch: u32, key: usize, point: PointRef, own_uv: [f32; 2]) -> Query {
-        let (owner, uv) = self.frame.place(patch, point);
-        let mut query = self.inner(owner, key, uv);
+    /// Shading rate at a border point: the finest of all patches there.
+    pub fn border_rate(&self, patch: u32, point: PointRef) -> f32 {
         let edges = self.frame.edges;
-        let sabotage = self.frame.sabotage;
-        let normal_of = |patch: u32, uv: [f32; 2]| self.inner(patch, key, uv).normal;
-        let sum: Vec3 = match point {
-            PointRef::Inside(_) => return query,
-            PointRef::Corner(corner) => {
-                query.shading_rate = edges.corners[corner as usize].shading_rate;
-                let users = edges.corner_users(corner).iter();
-                users.map(|user| normal_of(user.patch, CORNER_UV[user.corner as usize])).sum()
-            }
-            PointRef::Edge { edge, numerator, denominator } => {
-                query.shading_rate = edges.edges[edge as usize].fineness.shading_rate;
-                let users =
-                    edges.edge_users(edge).iter().filter(|user| user.along.has(numerator, denominator));
-                users
-                    .map(|user| {
-                        let (numerator, denominator) = user.along.own(numerator, denominator);
-                        let t = super::piece::parameter(numerator, denominator);
-                        normal_of(user.patch, side_uv(user.side as usize, t))
-                    })
-                    .sum()
-            }
-        };
-        let length = sum.length();
-        if sabotage == Some(Sabotage::Width) {
-            query.shading_rate = self.frame.fineness[self.info(patch).0 as usize].shading_rate;
-        }
-        if matches!(sabotage, Some(Sabotage::Normal | Sabotage::EstimatedNormals)) {
-            return Query { normal: self.inner(patch, key, own_uv).normal, ..query };
-        }
-        // Sides that face each other leave nothing: the owner's normal stands then.
-        if length > 1e-3 {
-            query.normal = sum / length;
-        }
-        query
-    }
-
-    /// Positions in camera space, displaced, of what was asked for at motion key `key`; `bump` says whether by bump
-    /// shaders too.
-    pub fn positions(&self, queries: &[Query], key: usize, bump: bool) -> Vec<Vec3> {
-        let mut placed = vec![Vec3::ZERO; queries.len()];
-        let mut order: Vec<usize> = (0..queries.len()).collect();
-        let primitive = |ix: usize| self.info(queries[ix].patch).0;
-        order.sort_by_key(|&ix| (primitive(ix), queries[ix].patch));
-        for group in order.chunk_by(|&a, &b| primitive(a) == primitive(b)) {
-            self.displace_group(queries, group, key, bump, &mut placed);
-        }
-        placed
-    }
-
-    /// Displaces points of one primitive, sorted by patch.
-    fn displace_group(
-        &self,
-        queries: &[Query],
-        group: &[usize],
-        key: usize,
-        bump: bool,
-        placed: &mut [Vec3],
-    ) {
-        let (primitive_ix, info) = self.info(queries[group[0]].patch);
-        let Some(displacer) = info.displacement.as_ref().filter(|d| bump || !d.is_bump) else {
-            group.iter().for_each(|&ix| placed[ix] = queries[ix].at.p);
-            return;
-        };
-        let spaces = &displacer.spaces[key];
-        let points = self.inputs(queries, group, displacer, spaces);
-        let mut offset = Vec3s::splat(Vec3::ZERO, group.len());
-        displacer.shader.displace(&points, &mut offset);
-        for (slot, &ix) in group.iter().enumerate() {
-            let offset = self.checked(primitive_ix, displacer, offset.get(slot));
-            let moved = spaces.to_camera.transform_vector3(offset.as_dvec3()).as_vec3();
-            placed[ix] = queries[ix].at.p + moved;
+        match point {
+            _ if self.frame.sabotage == Some(Sabotage::Width) => self.shading_rate(patch),
+            PointRef::Inside(_) => self.shading_rate(patch),
+            PointRef::Corner(corner) => edges.corners[corner as usize].shading_rate,
+            PointRef::Edge { edge, .. } => edges.edges[edge as usize].fineness.shading_rate,
         }
     }
 
-    /// What a displacement shader sees of points of one primitive, sorted by patch.
-    fn inputs(
-        &self,
-        queries: &[Query],
-        group: &[usize],
-        displacer: &Displacer,
-        spaces: &Spaces,
-    ) -> DisplacementPoints {
-        let len = group.len();
-        let floats = || Vec::with_capacity(len);
-        let mut points = DisplacementPoints {
-            p: Vec3s::with_capacity(len),
-            n: Vec3s::with_capacity(len),
-            u: floats(),
-            v: floats(),
-            s: floats(),
-            t: floats(),
-            width: floats(),
-            st_width: floats(),
-        };
-        for query in group.iter().map(|&ix| &queries[ix]) {
-            let at = &query.at;
-            let [u0, u1, v0, v1] = self.frame.patches.patches[query.patch as usize].params;
-            let width_cam = self.width(at.p, query.shading_rate);
-            let scale = (u1 - u0).abs().max((v1 - v0).abs());
-            let stretch = at.du.length().max(at.dv.length()).max(f32::MIN_POSITIVE);
-            points.p.push(spaces.to_object.transform_point3(at.p.as_dvec3()).as_vec3());
-            points.n.push(object_normal(spaces, query.normal));
-            points.u.push(u0 + (u1 - u0) * query.uv[0]);
-            points.v.push(v0 + (v1 - v0) * query.uv[1]);
-            points.width.push(width_cam * spaces.shrink);
-            points.st_width.push((width_cam / stretch * scale).min(1.0));
-        }
-        if !displacer.shader.reads_texture_coordinates() {
-            points.s.resize(len, 0.0);
-            points.t.resize(len, 0.0);
-            points.st_width.fill(0.0);
-            return points;
-        }
-        for of_patch in group.chunk_by(|&a, &b| queries[a].patch == queries[b].patch) {
-            let patch = queries[of_patch[0]].patch;
-            let (primitive, info) = self.info(patch);
-            let uv: Vec<[f32; 2]> = of_patch.iter().map(|&ix| queries[ix].uv).collect();
-            let primitive = &self.scene.primitives[primitive as usize];
-            let (s, t) = texture_coordinates(self.frame, patch, &uv, primitive, info);
-            points.s.extend(s);
-            points.t.extend(t);
-        }
-        points
+    /// Shading rate of a patch's primitive.
+    pub fn shading_rate(&self, patch: u32) -> f32 {
+        self.frame.fineness[self.info(patch).0 as usize].shading_rate
     }
-
-    /// The offset, finite and within the bound.
-    fn checked(&self, primitive: u32, displacer: &Displacer, offset: Vec3) -> Vec3 {
-        let length = offset.as_dvec3().length();
-        if !length.is_finite() {
-            self.corrections.borrow_mut().note(primitive, 0.0, true);
-            return Vec3::ZERO;
-        }
-        // A shader that keeps its word to the last bit may still be a rounding beyond it.
-        if length <= f64::from(displacer.bound) * 1.00001 {
-            return offset;
-        }
-        self.corrections.borrow_mut().note(primitive, length as f32, false);
-        (offset.as_dvec3() * (f64::from(displacer.bound) / length)).as_vec3()
-    }
-
-    /// Side of a micropolygon in camera units at a point.
-    fn width(&self, p: Vec3, shading_rate: f32) -> f32 {
-        let camera = self.frame.camera;
-        let depth = if camera.perspective { p.z.max(camera.near) } else { 1.0 };
-        let scale = camera.scale[0].abs().min(camera.scale[1].abs());
-        (shading_rate * self.frame.rate_scale).sqrt() * depth / scale
-    }
-}
-
-/// A camera-space normal as a unit normal of object space.
-fn object_normal(spaces: &Spaces, normal: Vec3) -> Vec3 {
-    let n = spaces.to_camera.transpose().transform_vector3(normal.as_dvec3());
-    let length = n.length();
-    if length > 0.0 && length.is_finite() { (n / length).as_vec3() } else { DVec3::ZERO.as_vec3() }
 }
 
 /// Makes room for displacement in the patches' bounds: their own, and that of the patches that own their borders.

@@ -8,25 +8,34 @@
 //! A stage takes the data types of its neighbours and never calls another stage; only an engine chains them.
 //! Nothing here does I/O, and nothing depends on tiles, buckets or threads.
 
+pub mod border;
 pub mod bound;
 pub mod clip;
 pub mod connect;
 pub mod dice;
 pub mod displace;
 pub mod grid;
+pub mod known;
+pub mod lattice;
 pub mod motion;
+pub mod moving;
+pub mod normals;
 pub mod patch;
 pub mod patchify;
 pub mod piece;
+pub mod points;
 pub mod primvar;
 pub mod rate;
+pub mod recall;
 pub mod resolve;
 mod resolve_lanes;
 pub mod sample;
 pub mod shade;
 pub mod split;
+mod surface_lists;
 pub mod sweep;
 pub mod weld;
+pub mod workspace;
 
 pub use bound::Bound;
 pub use connect::{Edge, EdgeTable, EdgeUse};

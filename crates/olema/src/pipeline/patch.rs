@@ -9,6 +9,7 @@ use glam::{Vec3, Vec4};
 use crate::geometry::SurfacePoint;
 use crate::geometry::bezier::{Bicubic, Bilinear, ControlPoint};
 use crate::geometry::subdivision::{Evaluator, LimitSurface};
+use crate::math::simd::SimdLevel;
 
 use super::connect::EdgeUse;
 use super::motion::{KeyTimes, Placement};
@@ -89,6 +90,24 @@ pub struct Limit {
     pub placements: Vec<Placement>,
 }
 
+impl Limit {
+    /// The surface in camera space at a key.
+    pub(super) fn evaluate(&self, evaluator: &mut Evaluator, key: usize, [u, v]: [f32; 2]) -> SurfacePoint {
+        let placement = &self.placements[key];
+        let [from, to] = placement.points.keys;
+        let at = evaluator.evaluate(from, u, v);
+        let [mut p, mut du, mut dv] = [at.p, at.dp_du, at.dp_dv];
+        if placement.points.part != 0.0 {
+            let next = evaluator.evaluate(to, u, v);
+            let part = placement.points.part as f32;
+            p += (next.p - p) * part;
+            du += (next.dp_du - du) * part;
+            dv += (next.dp_dv - dv) * part;
+        }
+        SurfacePoint { p: placement.place(p), du: placement.turn(du), dv: placement.turn(dv) }
+    }
+}
+
 impl Placement {
     fn place(&self, p: Vec3) -> Vec3 {
         self.to_camera.transform_point3(p.as_dvec3()).as_vec3()
@@ -140,43 +159,58 @@ impl PatchTable {
         let len = width * patch.shape.num_points();
         let first = patch.first_float as usize + key * len;
         let floats = &self.floats[first..first + len];
-        let p3 = |ix: usize| Vec3::from_slice(&floats[3 * ix..]);
-        let p4 = |ix: usize| Vec4::from_slice(&floats[4 * ix..]);
         Some(match (patch.shape, patch.rational) {
-            (Shape::Bilinear, false) => Surface::Bilinear(Bilinear(std::array::from_fn(p3))),
-            (Shape::Bilinear, true) => Surface::RationalBilinear(Bilinear(std::array::from_fn(p4))),
-            (Shape::Bicubic, false) => Surface::Bicubic(Bicubic(std::array::from_fn(p3))),
-            (Shape::Bicubic, true) => Surface::RationalBicubic(Bicubic(std::array::from_fn(p4))),
+            (Shape::Bilinear, false) => Surface::Bilinear(Bilinear(points(floats, Vec3::from_array))),
+            (Shape::Bilinear, true) => Surface::RationalBilinear(Bilinear(points(floats, Vec4::from_array))),
+            (Shape::Bicubic, false) => Surface::Bicubic(Bicubic(points(floats, Vec3::from_array))),
+            (Shape::Bicubic, true) => Surface::RationalBicubic(Bicubic(points(floats, Vec4::from_array))),
             (Shape::Subdivision { .. }, _) => return None,
         })
     }
 }
 
-/// Patches that are kept ready at a time; neighbours are asked for in turn.
-const KEPT: usize = 32;
+/// The first N points of a list of their components.
+fn points<P, const W: usize, const N: usize>(floats: &[f32], point: impl Fn([f32; W]) -> P) -> [P; N] {
+    let (each, _) = floats.as_chunks::<W>();
+    let each: &[[f32; W]; N] = each.first_chunk().expect("a patch has all its control points");
+    each.map(point)
+}
+
+/// Patches that are kept ready at a time, as a power of two; neighbours are asked for in turn.
+const KEPT_LOG: u32 = 6;
 
 /// Evaluates patches. One worker's own: it keeps the last patches that were asked for ready.
 pub struct Surfaces<'a> {
     table: &'a PatchTable,
     kept: RefCell<Vec<Option<(u32, Loaded<'a>)>>>,
+    /// Instructions that lists are evaluated with.
+    pub level: SimdLevel,
 }
 
 #[allow(clippy::large_enum_variant)] // Nearly always the large one, and a pointer less on its way.
-enum Loaded<'a> {
+pub(super) enum Loaded<'a> {
     /// One surface a key.
     Control(Surface, Vec<Surface>),
     Limit(Box<Evaluator<'a>>, &'a Limit),
 }
 
+/// The surface at motion key `key`.
+#[inline(always)]
+pub(super) fn at_key<'s>(first: &'s Surface, later: &'s [Surface], key: usize) -> &'s Surface {
+    if key == 0 { first } else { &later[key - 1] }
+}
+
 impl<'a> Surfaces<'a> {
     /// Nothing is ready yet.
     pub fn new(table: &'a PatchTable) -> Self {
-        Surfaces { table, kept: RefCell::new((0..KEPT).map(|_| None).collect()) }
+        let kept = RefCell::new((0..1 << KEPT_LOG).map(|_| None).collect());
+        Surfaces { table, kept, level: SimdLevel::best() }
     }
 
-    fn with<R>(&self, patch: u32, ask: impl FnOnce(&mut Loaded<'a>) -> R) -> R {
+    pub(super) fn with<R>(&self, patch: u32, ask: impl FnOnce(&mut Loaded<'a>) -> R) -> R {
         let mut kept = self.kept.borrow_mut();
-        let slot = &mut kept[patch as usize % KEPT];
+        // Neighbours in a sheet are any number apart: a product spreads them whatever it is (Knuth, section 6.4).
+        let slot = &mut kept[(patch.wrapping_mul(0x9e37_79b1) >> (32 - KEPT_LOG)) as usize];
         match slot {
             Some((known, loaded)) if *known == patch => ask(loaded),
             _ => ask(&mut slot.insert((patch, self.load(patch))).1),
@@ -198,30 +232,23 @@ impl<'a> Surfaces<'a> {
     /// Position and derivatives of a patch at motion key `key` and (u, v) in [0, 1]^2, in camera space.
     pub fn evaluate(&self, patch: u32, key: usize, [u, v]: [f32; 2]) -> SurfacePoint {
         self.with(patch, |loaded| match loaded {
-            Loaded::Control(surface, _) if key == 0 => surface.evaluate(u, v),
-            Loaded::Control(_, later) => later[key - 1].evaluate(u, v),
-            Loaded::Limit(evaluator, limit) => {
-                let placement = &limit.placements[key];
-                let [from, to] = placement.points.keys;
-                let at = evaluator.evaluate(from, u, v);
-                let [mut p, mut du, mut dv] = [at.p, at.dp_du, at.dp_dv];
-                if placement.points.part != 0.0 {
-                    let next = evaluator.evaluate(to, u, v);
-                    let part = placement.points.part as f32;
-                    p += (next.p - p) * part;
-                    du += (next.dp_du - du) * part;
-                    dv += (next.dp_dv - dv) * part;
-                }
-                SurfacePoint { p: placement.place(p), du: placement.turn(du), dv: placement.turn(dv) }
-            }
+            Loaded::Control(first, later) => at_key(first, later, key).evaluate(u, v),
+            Loaded::Limit(evaluator, limit) => limit.evaluate(evaluator, key, [u, v]),
+        })
+    }
+
+    /// The position alone, with the same bits.
+    pub fn position(&self, patch: u32, key: usize, [u, v]: [f32; 2]) -> Vec3 {
+        self.with(patch, |loaded| match loaded {
+            Loaded::Control(first, later) => at_key(first, later, key).position(u, v),
+            Loaded::Limit(evaluator, limit) => limit.evaluate(evaluator, key, [u, v]).p,
         })
     }
 
     /// Calls `visit` with camera-space points whose convex hull holds the patch over `u` x `v` at a key.
     pub fn hull(&self, patch: u32, key: usize, u: [f32; 2], v: [f32; 2], mut visit: impl FnMut(Vec3)) {
         self.with(patch, |loaded| match loaded {
-            Loaded::Control(surface, _) if key == 0 => surface.hull(u, v, visit),
-            Loaded::Control(_, later) => later[key - 1].hull(u, v, visit),
+            Loaded::Control(first, later) => at_key(first, later, key).hull(u, v, visit),
             Loaded::Limit(evaluator, limit) => {
                 let placement = &limit.placements[key];
                 let [from, to] = placement.points.keys;
@@ -267,12 +294,22 @@ impl<'a> Surfaces<'a> {
 
 /// Unit normal du x dv, unless one of them vanishes or they are parallel.
 pub fn unit_normal(at: &SurfacePoint) -> Option<Vec3> {
+    let normal = normal_or_zero(at.du, at.dv);
+    (normal != Vec3::ZERO).then_some(normal)
+}
+
+/// Unit normal du x dv; zero where one of them vanishes or they are parallel.
+#[inline(always)]
+pub fn normal_or_zero(du: Vec3, dv: Vec3) -> Vec3 {
     // Derivatives smaller than this part of the other one are rounding.
     const DEGENERATE: f32 = 1e-6;
-    let cross = at.du.cross(at.dv);
+    let cross = du.cross(dv);
     let length = cross.length();
-    let larger = at.du.length_squared().max(at.dv.length_squared());
-    (length.is_finite() && length > DEGENERATE * larger && length > f32::MIN_POSITIVE).then(|| cross / length)
+    let larger = du.length_squared().max(dv.length_squared());
+    // No branches: lists of points go through here in lanes.
+    let exists = (length < f32::INFINITY) & (length > DEGENERATE * larger) & (length > f32::MIN_POSITIVE);
+    let normal = cross / length;
+    if exists { normal } else { Vec3::ZERO }
 }
 
 impl Surface {
@@ -283,6 +320,16 @@ impl Surface {
             Surface::RationalBilinear(s) => s.evaluate(u, v),
             Surface::Bicubic(s) => s.evaluate(u, v),
             Surface::RationalBicubic(s) => s.evaluate(u, v),
+        }
+    }
+
+    /// The position alone, with the same bits.
+    pub fn position(&self, u: f32, v: f32) -> Vec3 {
+        match self {
+            Surface::Bilinear(s) => s.position(u, v),
+            Surface::RationalBilinear(s) => s.position(u, v),
+            Surface::Bicubic(s) => s.position(u, v),
+            Surface::RationalBicubic(s) => s.position(u, v),
         }
     }
 

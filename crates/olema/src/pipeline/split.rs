@@ -94,12 +94,17 @@ impl<'a> SplitContext<'a> {
             let eighths = u64::from(part) * 8 + (t * 8.0) as u64;
             self.position(patch, self.point_on(patch, line, eighths, scale * 8), key)
         };
-        let measured = self.measure(patch, line, point);
-        let rate = match measured {
-            // Another patch ends at the edge's middle.
-            _ if level == 0 && self.is_halved(line) && self.sabotage != Some(Sabotage::Middle) => {
-                Rate::Uneven
+        // Another patch ends at the edge's middle.
+        let is_halved = self.is_halved(line) && self.sabotage != Some(Sabotage::Middle);
+        let measure = || self.measure(patch, line, point);
+        let measured = match line {
+            _ if level == 0 && is_halved => Rate::Uneven,
+            Line::Border { edge, .. } if self.sabotage.is_none() => {
+                self.edges.known.rate(edge, is_halved, [level.into(), part], measure)
             }
+            _ => measure(),
+        };
+        let rate = match measured {
             Rate::Eye if cuts >= self.eye_splits => Rate::Even(1),
             Rate::Uneven if cuts >= MAX_LEVEL => Rate::Even(1),
             other => other,
@@ -200,7 +205,7 @@ impl<'a> SplitContext<'a> {
     /// only.
     pub fn position(&self, patch: u32, point: PointRef, key: usize) -> Vec3 {
         let (patch, uv) = self.place(patch, point);
-        self.surfaces.evaluate(patch, key, uv).p
+        self.surfaces.position(patch, key, uv)
     }
 
     /// Whether [`Self::fate`] cuts `piece`, where that can be told without evaluating anything.
@@ -261,6 +266,14 @@ impl<'a> SplitContext<'a> {
 
     /// Lattice lines that the sides and the interior ask for.
     fn lattice_size(&self, piece: &Piece, segments: [u32; 2]) -> [u32; 2] {
+        let measure = || self.inner_segments(piece).map(|wanted| wanted.min(MAX_LATTICE));
+        let is_whole = piece.path == 1;
+        let wanted = if is_whole { self.edges.known.inner_segments(piece.patch, measure) } else { measure() };
+        std::array::from_fn(|axis| segments[axis].max(1).max(wanted[axis]).min(MAX_LATTICE))
+    }
+
+    /// Segments that the inside of a piece asks for.
+    fn inner_segments(&self, piece: &Piece) -> [u32; 2] {
         let fineness = self.scaled(self.fineness[self.patch(piece.patch).primitive as usize]);
         let keys = self.measured_keys(piece.patch);
         let lattices: Vec<Lattice> = keys
@@ -268,17 +281,16 @@ impl<'a> SplitContext<'a> {
             .map(|key| {
                 std::array::from_fn(|ix| {
                     let uv = quad_uv(&piece.uv, (ix % 5) as f32 / 4.0, (ix / 5) as f32 / 4.0);
-                    self.surfaces.evaluate(piece.patch, key, uv).p
+                    self.surfaces.position(piece.patch, key, uv)
                 })
             })
             .collect();
-        let wanted = inner_segments(self.camera, fineness, &keys, &lattices);
-        std::array::from_fn(|axis| segments[axis].max(1).max(wanted[axis]).min(MAX_LATTICE))
+        inner_segments(self.camera, fineness, &keys, &lattices)
     }
 
     /// Whether the piece spans more of u than of v, where lengths on screen are not known.
     fn is_wider(&self, piece: &Piece) -> bool {
-        let corner = piece.uv.map(|uv| self.surfaces.evaluate(piece.patch, 0, uv).p);
+        let corner = piece.uv.map(|uv| self.surfaces.position(piece.patch, 0, uv));
         let width = (corner[1] - corner[0]).length() + (corner[3] - corner[2]).length();
         let height = (corner[2] - corner[0]).length() + (corner[3] - corner[1]).length();
         if width == height { piece.sides[0].level <= piece.sides[1].level } else { width > height }

@@ -42,6 +42,10 @@ pub trait DisplacementShader: Debug + Send + Sync {
     fn reads_texture_coordinates(&self) -> bool {
         true
     }
+    /// Whether it reads `u` or `v`; they are left at 0 for one that does not.
+    fn reads_parameters(&self) -> bool {
+        true
+    }
     /// Writes the offset of each point, in object space, into `offset`, which has as many entries as `points`.
     fn displace(&self, points: &DisplacementPoints, offset: &mut Vec3s);
 }

@@ -206,6 +206,10 @@ impl<H: Height> DisplacementShader for AlongNormal<H> {
         H::READS_TEXTURE_COORDINATES
     }
 
+    fn reads_parameters(&self) -> bool {
+        false
+    }
+
     fn name(&self) -> &str {
         self.common.name
     }
@@ -247,6 +251,10 @@ struct NoiseVector {
 
 impl DisplacementShader for NoiseVector {
     fn reads_texture_coordinates(&self) -> bool {
+        false
+    }
+
+    fn reads_parameters(&self) -> bool {
         false
     }
 

@@ -67,6 +67,10 @@ impl DisplacementShader for InSpace {
         self.shader.reads_texture_coordinates()
     }
 
+    fn reads_parameters(&self) -> bool {
+        self.shader.reads_parameters()
+    }
+
     fn name(&self) -> &str {
         self.shader.name()
     }

@@ -1,0 +1,120 @@
+//! Matrices times lists of vectors.
+//!
+//! In: single-precision vectors and a matrix in double. Out: single precision again, rounded once; the same bits as
+//! glam's functions for one vector give, which are the twins to read.
+
+use glam::{DMat4, DVec3, Vec3};
+
+use super::Vec3s;
+use super::simd::{SimdLevel, load, store};
+
+/// Vectors at a time: their components are doubles within.
+const GROUP: usize = 8;
+
+/// Replaces `to` by `each` of the vectors of `from`. Whole groups go through, however few vectors the last one has.
+#[inline(always)]
+fn map(level: SimdLevel, from: &Vec3s, to: &mut Vec3s, each: impl Fn(DVec3) -> Vec3) {
+    to.resize(from.len());
+    level.run(
+        #[inline(always)]
+        || {
+            for first in (0..from.len()).step_by(GROUP) {
+                let from: [[f32; GROUP]; 3] =
+                    [load(&from.x, first), load(&from.y, first), load(&from.z, first)];
+                let mut moved = [[0.0; GROUP]; 3];
+                for lane in 0..GROUP {
+                    let moved_lane = each(Vec3::new(from[0][lane], from[1][lane], from[2][lane]).as_dvec3());
+                    (moved[0][lane], moved[1][lane], moved[2][lane]) =
+                        (moved_lane.x, moved_lane.y, moved_lane.z);
+                }
+                store(&mut to.x, first, &moved[0]);
+                store(&mut to.y, first, &moved[1]);
+                store(&mut to.z, first, &moved[2]);
+            }
+        },
+    );
+}
+
+/// Replaces `to` by `matrix` times the points `from`.
+pub fn points(level: SimdLevel, matrix: &DMat4, from: &Vec3s, to: &mut Vec3s) {
+    map(
+        level,
+        from,
+        to,
+        #[inline(always)]
+        |p| matrix.transform_point3(p).as_vec3(),
+    );
+}
+
+/// Replaces `to` by `matrix` times the vectors `from`; its translation counts for nothing.
+pub fn vectors(level: SimdLevel, matrix: &DMat4, from: &Vec3s, to: &mut Vec3s) {
+    map(
+        level,
+        from,
+        to,
+        #[inline(always)]
+        |v| matrix.transform_vector3(v).as_vec3(),
+    );
+}
+
+/// [`vectors`] of unit length; zero where they have no direction.
+pub fn unit_vectors(level: SimdLevel, matrix: &DMat4, from: &Vec3s, to: &mut Vec3s) {
+    map(
+        level,
+        from,
+        to,
+        #[inline(always)]
+        |v| unit(matrix.transform_vector3(v)),
+    );
+}
+
+/// A vector of unit length; zero where it has no direction.
+#[inline(always)]
+fn unit(v: DVec3) -> Vec3 {
+    let length = v.length();
+    let has_direction = (length > 0.0) & (length < f64::INFINITY);
+    let unit = v / length;
+    if has_direction { unit.as_vec3() } else { Vec3::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{hash32, signed_unit};
+
+    #[test]
+    fn lists_are_the_twin_on_every_level() {
+        let random = |n: u32| signed_unit(hash32(n));
+        let matrix = DMat4::from_cols_array(&std::array::from_fn(|n| f64::from(random(n as u32)) * 3.0));
+        let mut from = Vec3s::default();
+        for n in 0..53 {
+            from.push(Vec3::new(random(3 * n), random(3 * n + 1), random(3 * n + 2)) * 9.0);
+        }
+        from.set(7, Vec3::ZERO);
+        from.set(9, Vec3::new(f32::INFINITY, 1.0, 0.0));
+        from.set(20, Vec3::NAN);
+        let affine = DMat4::from_cols(
+            matrix.x_axis.truncate().extend(0.0),
+            matrix.y_axis.truncate().extend(0.0),
+            matrix.z_axis.truncate().extend(0.0),
+            matrix.w_axis.truncate().extend(1.0),
+        );
+        let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+        for level in SimdLevel::all() {
+            let mut to = [Vec3s::default(), Vec3s::default(), Vec3s::default()];
+            points(level, &affine, &from, &mut to[0]);
+            vectors(level, &affine, &from, &mut to[1]);
+            unit_vectors(level, &affine, &from, &mut to[2]);
+            for ix in (0..53).filter(|ix| *ix != 20) {
+                let wide = from.get(ix).as_dvec3();
+                let v = affine.transform_vector3(wide);
+                let unit = if v.is_finite() { v.normalize_or_zero().as_vec3() } else { Vec3::ZERO };
+                let twin = [affine.transform_point3(wide).as_vec3(), v.as_vec3(), unit];
+                assert_eq!(bits(to[0].get(ix)), bits(twin[0]), "{level:?} {ix}");
+                assert_eq!(bits(to[1].get(ix)), bits(twin[1]), "{level:?} {ix}");
+                assert!((to[2].get(ix) - unit).length() < 1e-6, "{level:?} {ix}: {unit}");
+            }
+            assert_eq!(to[2].get(20), Vec3::ZERO);
+        }
+    }
+}

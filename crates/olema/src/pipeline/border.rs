@@ -1,0 +1,181 @@
+//! Border: who owns the vertices on welded edges and corners, and whose normals meet there.
+//!
+//! In: a lattice and the edges. Out: the places on other patches that have to be evaluated for it, put behind its own. A
+//! point on a welded edge or corner is its owner's, with the sum of the normals of all patches that meet there, in their
+//! order: whoever dices it gets the same bits.
+
+use glam::Vec3;
+
+use crate::math::Vec3s;
+
+use super::displace::DisplaceContext;
+use super::lattice::Lattice;
+use super::patch::{CORNER_UV, side_uv};
+use super::piece::{PointRef, Sabotage, parameter};
+use super::recall::{Recall, are_neighbours};
+
+/// A vertex that is not at the lattice's place for it, or not displaced as that is.
+#[derive(Debug, Clone, Copy)]
+pub struct BorderPoint {
+    /// The vertex.
+    pub vertex: u32,
+    /// Patch that owns it.
+    pub owner: u32,
+    /// Where that is evaluated, in the list of all places.
+    pub place: u32,
+    /// Finest shading rate of the patches there.
+    pub shading_rate: f32,
+}
+
+/// A normal that is added at a border point.
+#[derive(Debug, Clone, Copy)]
+struct Summand {
+    /// Entry of [`Border::points`].
+    point: u32,
+    /// Whose normal, in the list of all places.
+    place: u32,
+    /// Its orientation.
+    sign: f32,
+}
+
+/// What a lattice needs of other patches; used again for every grid.
+#[derive(Debug, Default)]
+pub struct Border {
+    /// Vertices that are evaluated elsewhere, or displaced along a sum of normals.
+    pub points: Vec<BorderPoint>,
+    /// Patch and first place of each run of places that were put behind the lattice's own.
+    pub runs: Vec<(u32, u32)>,
+    summands: Vec<Summand>,
+    /// Normals that `points` are displaced along.
+    pub normals: Vec<Vec3>,
+}
+
+impl Border {
+    /// Finds the owners of a lattice's border vertices. Where it is `displaced`, these are all vertices on welded edges and
+    /// corners, with the normals that meet there, but for what is recalled; else only those that lie at another place than
+    /// the lattice has for them.
+    pub fn collect(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        lattice: &mut Lattice,
+        displaced: Option<&mut Recall>,
+    ) {
+        self.points.clear();
+        self.runs.clear();
+        self.summands.clear();
+        let border = std::mem::take(&mut lattice.border);
+        match displaced {
+            None => border.iter().for_each(|&at| self.add_owner(context, patch, lattice, at)),
+            Some(recall) => {
+                let num_keys = context.frame.patches.num_keys(patch);
+                let may_recall = context.frame.sabotage.is_none();
+                recall.begin();
+                for run in border.chunk_by(|a, b| are_neighbours(a.1, b.1)) {
+                    if !(may_recall && recall.knows(run, num_keys)) {
+                        run.iter().for_each(|&at| self.add(context, patch, lattice, at));
+                    }
+                }
+            }
+        }
+        lattice.border = border;
+    }
+
+    /// Adds a border vertex of a patch that is not displaced.
+    fn add_owner(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        lattice: &mut Lattice,
+        (vertex, point): (u32, PointRef),
+    ) {
+        let (owner, uv) = context.frame.place(patch, point);
+        if owner != patch || uv != lattice.place(vertex) {
+            let place = self.place(lattice, owner, uv);
+            self.points.push(BorderPoint { vertex, owner, place, shading_rate: 0.0 });
+        }
+    }
+
+    /// Adds a border vertex with the normals that meet there.
+    fn add(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        lattice: &mut Lattice,
+        (vertex, point): (u32, PointRef),
+    ) {
+        let (owner, uv) = context.frame.place(patch, point);
+        let own_uv = lattice.place(vertex);
+        let mut place = (owner == patch && uv == own_uv).then_some(vertex);
+        if !is_broken(context) {
+            each_user(context, point, |user, user_uv| {
+                let (at, sign) = if user == patch && user_uv == own_uv {
+                    (vertex, 1.0)
+                } else {
+                    (self.place(lattice, user, user_uv), context.normal_sign(user))
+                };
+                if user == owner && user_uv == uv {
+                    place = Some(at);
+                }
+                self.summands.push(Summand { point: self.points.len() as u32, place: at, sign });
+            });
+        }
+        let place = place.unwrap_or_else(|| self.place(lattice, owner, uv));
+        let shading_rate = context.border_rate(patch, point);
+        self.points.push(BorderPoint { vertex, owner, place, shading_rate });
+    }
+
+    /// Puts a place on another patch behind the others.
+    fn place(&mut self, lattice: &mut Lattice, patch: u32, uv: [f32; 2]) -> u32 {
+        let place = lattice.push(uv);
+        if self.runs.last().is_none_or(|run| run.0 != patch) {
+            self.runs.push((patch, place));
+        }
+        place
+    }
+
+    /// Sums the normals that meet at each point. Sides that face each other leave nothing: the owner's normal stands
+    /// then. Normals of the lattice's own places are oriented, the others not.
+    pub fn sum_normals(&mut self, context: &DisplaceContext, normals: &Vec3s) {
+        let broken = is_broken(context);
+        self.normals.clear();
+        self.normals.resize(self.points.len(), Vec3::ZERO);
+        for &Summand { point, place, sign } in &self.summands {
+            self.normals[point as usize] += normals.get(place as usize) * sign;
+        }
+        for (point, sum) in self.points.iter().zip(&mut self.normals) {
+            let length = sum.length();
+            *sum = if length > 1e-3 {
+                *sum / length
+            } else if broken || point.place == point.vertex {
+                normals.get(point.vertex as usize)
+            } else {
+                normals.get(point.place as usize) * context.normal_sign(point.owner)
+            };
+        }
+    }
+}
+
+/// Whether points are displaced along the normals of the patch that asks.
+fn is_broken(context: &DisplaceContext) -> bool {
+    matches!(context.frame.sabotage, Some(Sabotage::Normal | Sabotage::EstimatedNormals))
+}
+
+/// Calls `visit` with each patch that has a welded point, and where.
+fn each_user(context: &DisplaceContext, point: PointRef, mut visit: impl FnMut(u32, [f32; 2])) {
+    let edges = context.frame.edges;
+    match point {
+        PointRef::Inside(_) => {}
+        PointRef::Corner(corner) => {
+            for user in edges.corner_users(corner) {
+                visit(user.patch, CORNER_UV[user.corner as usize]);
+            }
+        }
+        PointRef::Edge { edge, numerator, denominator } => {
+            for user in edges.edge_users(edge).iter().filter(|user| user.along.has(numerator, denominator)) {
+                let (numerator, denominator) = user.along.own(numerator, denominator);
+                visit(user.patch, side_uv(user.side as usize, parameter(numerator, denominator)));
+            }
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! Lattice: the places on a patch that a grid asks for.
+//!
+//! In: `Piece` whose lattice is decided. Out: (u, v) of the grid's vertices on the piece's own patch, which of them lie on
+//! welded edges and corners, and the ghost places around them that normals need.
+//!
+//! A side with fewer segments than the lattice has its vertices used more than once, so that the grid's border is exactly
+//! the edge's polyline: some micropolygons collapse to triangles or to nothing, and no T-junction opens.
+//!
+//! ```text
+//!        g  g  g       g: ghosts, where the surface goes on beyond the side
+//!     g  v  v  v  g    v: vertices, numbered from the lower left, row after row
+//!     g  v  v  v  g
+//!        g  g  g
+//! ```
+
+use crate::math::Vec3s;
+
+use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, quad_uv};
+use super::split::SplitContext;
+
+/// Places on one patch; used again for every grid.
+#[derive(Debug, Default)]
+pub struct Lattice {
+    /// Vertices of a row.
+    pub columns: usize,
+    /// Rows of vertices.
+    pub rows: usize,
+    /// u of all places: one a vertex, row after row, then ghosts, then those on other patches.
+    pub u: Vec<f32>,
+    /// v of all places.
+    pub v: Vec<f32>,
+    /// Places of the lattice itself; those behind them are on other patches.
+    pub own: usize,
+    /// Where the vertices are, snapped to edges. With a ring, a vertex's own place may be another: normals of a displaced
+    /// surface come from points in even steps.
+    pub uv: Vec<[f32; 2]>,
+    /// Vertices that do not lie at their own places, or on welded edges and corners, side after side.
+    pub border: Vec<(u32, PointRef)>,
+    /// For each vertex of the bottom, right, top and left side, where the lattice goes on: a ghost, or the vertex itself.
+    /// Empty without a ring.
+    beyond: [Vec<u32>; 4],
+}
+
+/// The lattice of a piece.
+#[derive(Clone, Copy)]
+struct Block {
+    m: u16,
+    n: u16,
+    i: [u16; 2],
+    j: [u16; 2],
+}
+
+impl Block {
+    fn of(piece: &Piece) -> Self {
+        let PieceKind::Lattice { m, n, i, j } = piece.kind else {
+            unreachable!("only pieces with a lattice are diced");
+        };
+        Block { m, n, i, j }
+    }
+
+    /// (u, v) of a lattice point, which may lie beyond the block.
+    fn uv(&self, piece: &Piece, column: i32, row: i32) -> [f32; 2] {
+        quad_uv(&piece.uv, column as f32 / f32::from(self.m), row as f32 / f32::from(self.n))
+    }
+}
+
+impl Lattice {
+    /// Number of vertices.
+    pub fn num_vertices(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// A place.
+    #[inline(always)]
+    pub fn place(&self, place: u32) -> [f32; 2] {
+        [self.u[place as usize], self.v[place as usize]]
+    }
+
+    /// Replaces all places by the vertices of `piece`, with ghosts around them for a ring.
+    pub fn set(&mut self, context: &SplitContext, piece: &Piece, ring: bool) {
+        let block = Block::of(piece);
+        self.set_vertices(piece, block);
+        self.border.clear();
+        self.beyond.iter_mut().for_each(Vec::clear);
+        if context.sabotage != Some(Sabotage::Snap) {
+            for side in 0..4 {
+                self.snap(context, piece, block, side);
+            }
+        }
+        if ring {
+            self.add_ghosts(piece, block);
+        } else {
+            for (vertex, &[u, v]) in self.uv.iter().enumerate() {
+                (self.u[vertex], self.v[vertex]) = (u, v);
+            }
+            // Points inside the patch are where they are asked for.
+            self.border.retain(|(_, point)| !matches!(point, PointRef::Inside(_)));
+        }
+        self.own = self.u.len();
+    }
+
+    fn set_vertices(&mut self, piece: &Piece, block: Block) {
+        let Block { i, j, .. } = block;
+        self.columns = usize::from(i[1] - i[0]) + 1;
+        self.rows = usize::from(j[1] - j[0]) + 1;
+        self.u.clear();
+        self.v.clear();
+        self.uv.clear();
+        for row in j[0]..=j[1] {
+            for column in i[0]..=i[1] {
+                let uv = block.uv(piece, column.into(), row.into());
+                self.push(uv);
+                self.uv.push(uv);
+            }
+        }
+    }
+
+    /// Puts a place behind the others and gives its number.
+    pub fn push(&mut self, [u, v]: [f32; 2]) -> u32 {
+        self.u.push(u);
+        self.v.push(v);
+        self.u.len() as u32 - 1
+    }
+
+    /// Vertex `step` of the block's side 0: bottom, 1: right, 2: top, 3: left.
+    fn on_side(&self, side: usize, step: usize) -> usize {
+        match side {
+            0 => step,
+            1 => step * self.columns + self.columns - 1,
+            2 => (self.rows - 1) * self.columns + step,
+            _ => step * self.columns,
+        }
+    }
+
+    /// Takes the vertices on a side of the quad from its edge. Corners belong to the bottom and the top.
+    fn snap(&mut self, context: &SplitContext, piece: &Piece, block: Block, side: usize) {
+        let Block { m, n, i, j } = block;
+        let along_u = side == 0 || side == 2;
+        let (lines, [from, to], is_there) = match side {
+            0 => (m, i, j[0] == 0),
+            1 => (n, [j[0].max(1), j[1].min(n - 1)], i[1] == m),
+            2 => (m, i, j[1] == n),
+            _ => (n, [j[0].max(1), j[1].min(n - 1)], i[0] == 0),
+        };
+        if !is_there {
+            return;
+        }
+        let segments = piece.sides[side].segments();
+        for line in from..=to {
+            let step = line - if along_u { i[0] } else { j[0] };
+            let vertex = self.on_side(side, step.into());
+            let (point, uv) =
+                context.side_vertex(piece.patch, &piece.sides[side], snapped(line, lines, segments));
+            self.uv[vertex] = uv;
+            let is_elsewhere = !matches!(point, PointRef::Inside(_)) || uv != self.place(vertex as u32);
+            if is_elsewhere && context.sabotage != Some(Sabotage::Owner) {
+                self.border.push((vertex as u32, point));
+            }
+        }
+    }
+
+    /// Adds the places around the vertices that normals of a displaced surface need.
+    fn add_ghosts(&mut self, piece: &Piece, block: Block) {
+        for side in 0..4 {
+            let mut beyond = std::mem::take(&mut self.beyond[side]);
+            let steps = if side % 2 == 0 { self.columns } else { self.rows };
+            let goes_on = goes_on(&piece.sides[side], block, side);
+            for step in 0..steps {
+                let vertex = self.on_side(side, step) as u32;
+                let ghost = goes_on.then(|| self.ghost(piece, block, side, step)).flatten();
+                beyond.push(ghost.map_or(vertex, |uv| self.push(uv)));
+            }
+            self.beyond[side] = beyond;
+        }
+    }
+
+    /// Whether there are places for normals of a displaced surface.
+    pub fn has_ring(&self) -> bool {
+        !self.beyond[0].is_empty()
+    }
+
+    /// Whether columns have constant u and rows constant v. If so, `rows` gets the rows' v, and u of the columns are
+    /// the first of [`Self::u`].
+    pub fn is_straight(&self, rows: &mut Vec<f32>) -> bool {
+        let columns = self.columns;
+        rows.clear();
+        rows.extend((0..self.rows).map(|row| self.v[row * columns]));
+        let straight = |(row, v): (usize, &f32)| {
+            let row = row * columns..(row + 1) * columns;
+            self.u[row.clone()] == self.u[..columns] && self.v[row].iter().all(|other| other == v)
+        };
+        rows.iter().enumerate().all(straight)
+    }
+
+    /// Vertices with what surrounds them, from values at all places: `columns + 2` a row, `rows + 2` rows, whose corners
+    /// mean nothing. Where the surface ends, a vertex stands beyond itself.
+    pub fn ring(&self, values: &Vec3s, ring: &mut Vec3s) {
+        let (columns, width) = (self.columns, self.columns + 2);
+        ring.resize(width * (self.rows + 2));
+        for row in 0..self.rows {
+            let to = (row + 1) * width + 1;
+            ring.copy(to, values, row * columns..(row + 1) * columns);
+        }
+        let outwards = [-(width as isize), 1, width as isize, -1];
+        for (side, outwards) in outwards.into_iter().enumerate() {
+            for (step, &place) in self.beyond[side].iter().enumerate() {
+                let at = self.in_ring(self.on_side(side, step));
+                let is_ghost = place as usize >= self.num_vertices();
+                let value = if is_ghost { values.get(place as usize) } else { ring.get(at) };
+                ring.set(at.wrapping_add_signed(outwards), value);
+            }
+        }
+    }
+
+    /// Number of a vertex in the ring.
+    fn in_ring(&self, vertex: usize) -> usize {
+        (vertex / self.columns + 1) * (self.columns + 2) + vertex % self.columns + 1
+    }
+
+    /// Calls `visit` with the number in the ring of every vertex, in order.
+    pub fn each_in_ring(&self, mut visit: impl FnMut(usize, usize)) {
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                visit(row * self.columns + column, (row + 1) * (self.columns + 2) + column + 1);
+            }
+        }
+    }
+
+    /// Calls `visit` with each ghost and the vertex that it is next to.
+    pub fn each_ghost(&self, mut visit: impl FnMut(usize, usize)) {
+        for (side, beyond) in self.beyond.iter().enumerate() {
+            for (step, &place) in beyond.iter().enumerate() {
+                if place as usize >= self.num_vertices() {
+                    visit(self.on_side(side, step), place as usize);
+                }
+            }
+        }
+    }
+
+    /// The place next to a side, unless it lies beyond the patch.
+    fn ghost(&self, piece: &Piece, block: Block, side: usize, step: usize) -> Option<[f32; 2]> {
+        let (i, j) = (block.i.map(i32::from), block.j.map(i32::from));
+        let step = step as i32;
+        let (column, row) = match side {
+            0 => (i[0] + step, j[0] - 1),
+            1 => (i[1] + 1, j[0] + step),
+            2 => (i[0] + step, j[1] + 1),
+            _ => (i[0] - 1, j[0] + step),
+        };
+        let uv = block.uv(piece, column, row);
+        // A rounding beyond the patch still counts as on it.
+        uv.iter().all(|&c| (-1e-5..=1.0 + 1e-5).contains(&c)).then(|| uv.map(|c| c.clamp(0.0, 1.0)))
+    }
+}
+
+/// Vertex round(line * segments / lines) of a side: every edge vertex is hit, in order, some of them twice.
+fn snapped(line: u16, lines: u16, segments: u32) -> u32 {
+    if u32::from(lines) == segments {
+        return line.into();
+    }
+    let (line, lines, segments) = (u64::from(line), u64::from(lines), u64::from(segments));
+    ((2 * line * segments + lines) / (2 * lines)) as u32
+}
+
+/// Whether the patch goes on beyond a side of a block.
+fn goes_on(of_quad: &Side, block: Block, side: usize) -> bool {
+    let Block { m, n, i, j } = block;
+    let is_within = [j[0] > 0, i[1] < m, j[1] < n, i[0] > 0][side];
+    is_within || matches!(of_quad.line, Line::Inner { .. })
+}

@@ -1,0 +1,297 @@
+//! Moving: a lattice's points through the displacement shaders.
+//!
+//! In: evaluated points with their normals and shading rates. Out: their positions in camera space, displaced. A point on
+//! the border goes through its owner's shader, with the owner's texture coordinates, wherever it is asked for.
+//!
+//! The filter width is the side of a micropolygon at the point's depth. That needs no step along the edge, so corners need
+//! no rule of their own, and a grid's own resolution never enters.
+
+use glam::Vec3;
+
+use crate::math::{Vec3s, transform};
+use crate::shading::DisplacementPoints;
+
+use super::border::Border;
+use super::displace::{DisplaceContext, Displacer};
+use super::lattice::Lattice;
+use super::points::Points;
+use super::primvar::texture_coordinates;
+
+/// Points as displacement needs them; used again for every grid.
+#[derive(Debug, Default)]
+struct Batch {
+    p: Vec3s,
+    normal: Vec3s,
+    shading_rate: Vec<f32>,
+    coordinates: Coordinates,
+}
+
+/// Parameters and texture coordinates of points; empty where no shader reads them.
+#[derive(Debug, Default)]
+struct Coordinates {
+    u: Vec<f32>,
+    v: Vec<f32>,
+    s: Vec<f32>,
+    t: Vec<f32>,
+    /// Length of the longer derivative, in camera units a unit of the patch's parameters.
+    stretch: Vec<f32>,
+    /// The patch's part of the primitive's parameters.
+    scale: Vec<f32>,
+}
+
+impl Coordinates {
+    fn lists(&mut self) -> [&mut Vec<f32>; 6] {
+        [&mut self.u, &mut self.v, &mut self.s, &mut self.t, &mut self.stretch, &mut self.scale]
+    }
+
+    fn is_empty(&self) -> bool {
+        self.u.is_empty()
+    }
+}
+
+/// Lists that displacing works with; used again for every grid.
+#[derive(Debug, Default)]
+pub struct Moving {
+    all: Batch,
+    /// Those of one primitive, where several meet.
+    picked: Batch,
+    inputs: DisplacementPoints,
+    offset: Vec3s,
+    moved: Vec3s,
+}
+
+/// What is displaced: first the places of a lattice, each by the patch's own shader, then the border's points, each by its
+/// owner's. Where no ring is asked for, a border point stands in its vertex's place.
+#[derive(Clone, Copy)]
+pub struct Displaced<'a> {
+    /// Patch of the lattice.
+    pub patch: u32,
+    /// Motion key.
+    pub key: usize,
+    /// Its places.
+    pub lattice: &'a Lattice,
+    /// Those that other patches own.
+    pub border: &'a Border,
+    /// All of them, evaluated.
+    pub points: &'a Points,
+}
+
+impl Displaced<'_> {
+    /// Where a border point stands in the list.
+    #[inline(always)]
+    pub fn slot(&self, point: usize) -> usize {
+        if self.lattice.has_ring() {
+            self.lattice.own + point
+        } else {
+            self.border.points[point].vertex as usize
+        }
+    }
+
+    /// Length of the list.
+    fn len(&self) -> usize {
+        self.lattice.own + if self.lattice.has_ring() { self.border.points.len() } else { 0 }
+    }
+}
+
+impl Moving {
+    /// Replaces `out` by where all are, displaced. The patch's own bump shader moves what the ring is made of.
+    pub fn displace(&mut self, context: &DisplaceContext, of: Displaced, out: &mut Vec3s) {
+        let displacer = |patch: u32| context.info(patch).1.displacement.as_ref();
+        let primitive = |patch: u32| context.info(patch).0;
+        let moves_border = |patch: u32| displacer(patch).is_some_and(|d| !d.is_bump);
+        let moves_own = displacer(of.patch).is_some_and(|d| of.lattice.has_ring() || !d.is_bump);
+        let owners = || of.border.points.iter().map(|point| point.owner);
+        let reads = std::iter::once(of.patch).chain(owners()).any(|patch| reads_coordinates(context, patch));
+        self.gather(context, of, reads);
+        out.assign(&self.all.p, 0..of.len());
+        let own = primitive(of.patch);
+        let border_alike = moves_own == moves_border(of.patch) || of.border.points.is_empty();
+        if border_alike && owners().all(|owner| primitive(owner) == own) {
+            if moves_own {
+                self.run(context, of, of.patch, false);
+                out.add(&self.moved);
+            }
+            return;
+        }
+        // Who moves each entry.
+        let mut mover = vec![moves_own.then_some(of.patch); of.len()];
+        for (ix, owner) in owners().enumerate() {
+            mover[of.slot(ix)] = moves_border(owner).then_some(owner);
+        }
+        let mut done: Vec<u32> = Vec::new();
+        for patch in mover.iter().flatten().copied() {
+            if done.contains(&primitive(patch)) {
+                continue;
+            }
+            done.push(primitive(patch));
+            let is_same = |ix: &usize| mover[*ix].is_some_and(|other| primitive(other) == primitive(patch));
+            let picked: Vec<usize> = (0..of.len()).filter(is_same).collect();
+            self.pick(&picked);
+            self.run(context, of, patch, true);
+            for (slot, ix) in picked.into_iter().enumerate() {
+                out.set(ix, out.get(ix) + self.moved.get(slot));
+            }
+        }
+    }
+
+    /// What all points' displacement depends on.
+    fn gather(&mut self, context: &DisplaceContext, of: Displaced, reads_coordinates: bool) {
+        let Batch { p, normal, shading_rate, coordinates } = &mut self.all;
+        p.assign(&of.points.at.p, 0..of.lattice.own);
+        normal.assign(&of.points.normal, 0..of.lattice.own);
+        p.resize(of.len());
+        normal.resize(of.len());
+        shading_rate.clear();
+        shading_rate.resize(of.len(), context.shading_rate(of.patch));
+        for (ix, (point, &sum)) in of.border.points.iter().zip(&of.border.normals).enumerate() {
+            let slot = of.slot(ix);
+            p.set(slot, of.points.at.p.get(point.place as usize));
+            normal.set(slot, sum);
+            shading_rate[slot] = point.shading_rate;
+        }
+        coordinates.lists().into_iter().for_each(Vec::clear);
+        if reads_coordinates {
+            coordinates.gather(context, of);
+        }
+    }
+
+    /// Takes some of all points.
+    fn pick(&mut self, picked: &[usize]) {
+        let (from, to) = (&mut self.all, &mut self.picked);
+        to.p.assign_picked(&from.p, picked);
+        to.normal.assign_picked(&from.normal, picked);
+        let pick = |from: &[f32], to: &mut Vec<f32>| {
+            to.clear();
+            to.extend(picked.iter().filter_map(|&ix| from.get(ix)));
+        };
+        pick(&from.shading_rate, &mut to.shading_rate);
+        for (from, to) in from.coordinates.lists().into_iter().zip(to.coordinates.lists()) {
+            pick(from, to);
+        }
+    }
+
+    /// Puts points, all of one primitive, through its shader: replaces `moved` by how far they go in camera space.
+    fn run(&mut self, context: &DisplaceContext, of: Displaced, patch: u32, picked: bool) {
+        let (primitive, info) = context.info(patch);
+        let Some(displacer) = &info.displacement else { return };
+        let spaces = &displacer.spaces[of.key];
+        let Moving { all, picked: some, inputs, offset, moved } = self;
+        let batch = if picked { some } else { all };
+        let (level, len) = (context.frame.surfaces.level, batch.p.len());
+        transform::points(level, &spaces.to_object, &batch.p, &mut inputs.p);
+        transform::unit_vectors(level, &spaces.normal_to_object, &batch.normal, &mut inputs.n);
+        batch.widths(context, spaces.shrink, inputs);
+        let Coordinates { u, v, s, t, .. } = &batch.coordinates;
+        for (from, to) in
+            [u, v, s, t].into_iter().zip([&mut inputs.u, &mut inputs.v, &mut inputs.s, &mut inputs.t])
+        {
+            to.clear();
+            to.extend_from_slice(from);
+            to.resize(len, 0.0);
+        }
+        offset.resize(0);
+        offset.resize(len);
+        displacer.shader.displace(inputs, offset);
+        context.check(primitive, displacer, offset);
+        transform::vectors(level, &spaces.to_camera, offset, moved);
+    }
+}
+
+impl Batch {
+    /// Filter widths: the side of a micropolygon at each point.
+    fn widths(&self, context: &DisplaceContext, shrink: f32, inputs: &mut DisplacementPoints) {
+        let frame = context.frame;
+        let camera = frame.camera;
+        let scale = camera.scale[0].abs().min(camera.scale[1].abs());
+        inputs.width.clear();
+        inputs.width.resize(self.p.len(), 0.0);
+        frame.surfaces.level.run(
+            #[inline(always)]
+            || {
+                for ((width, z), rate) in inputs.width.iter_mut().zip(&self.p.z).zip(&self.shading_rate) {
+                    let depth = if camera.perspective { z.max(camera.near) } else { 1.0 };
+                    *width = (rate * frame.rate_scale).sqrt() * depth / scale;
+                }
+            },
+        );
+        inputs.st_width.clear();
+        if self.coordinates.is_empty() {
+            inputs.st_width.resize(self.p.len(), 0.0);
+        } else {
+            let Coordinates { stretch, scale, .. } = &self.coordinates;
+            let of_place =
+                |((width, stretch), scale): ((&f32, &f32), &f32)| (width / stretch * scale).min(1.0);
+            inputs.st_width.extend(inputs.width.iter().zip(stretch).zip(scale).map(of_place));
+        }
+        inputs.width.iter_mut().for_each(|width| *width *= shrink);
+    }
+}
+
+/// Whether the displacement of a patch's primitive reads parameters or texture coordinates.
+pub fn reads_coordinates(context: &DisplaceContext, patch: u32) -> bool {
+    let displacer = context.info(patch).1.displacement.as_ref();
+    displacer.is_some_and(|d| d.shader.reads_texture_coordinates() || d.shader.reads_parameters())
+}
+
+impl Coordinates {
+    /// Those of all points.
+    fn gather(&mut self, context: &DisplaceContext, of: Displaced) {
+        self.lists().into_iter().for_each(|list| list.resize(of.len(), 0.0));
+        let own: Vec<(usize, usize)> = (0..of.lattice.own).map(|ix| (ix, ix)).collect();
+        self.set(context, of, of.patch, &own);
+        let mut first = 0;
+        for run in of.border.points.chunk_by(|a, b| a.owner == b.owner) {
+            let places: Vec<(usize, usize)> =
+                (first..).zip(run).map(|(ix, point)| (of.slot(ix), point.place as usize)).collect();
+            self.set(context, of, run[0].owner, &places);
+            first += run.len();
+        }
+    }
+
+    /// Those of points on one patch, given as (entry, place).
+    fn set(&mut self, context: &DisplaceContext, of: Displaced, patch: u32, points: &[(usize, usize)]) {
+        let [u0, u1, v0, v1] = context.frame.patches.patches[patch as usize].params;
+        let (primitive, info) = context.info(patch);
+        let primitive = &context.scene.primitives[primitive as usize];
+        let uv: Vec<[f32; 2]> = points.iter().map(|&(_, place)| of.lattice.place(place as u32)).collect();
+        let (s, t) = texture_coordinates(context.frame, patch, &uv, primitive, info);
+        for (slot, &(ix, place)) in points.iter().enumerate() {
+            let at = of.points.at.get(place);
+            self.u[ix] = u0 + (u1 - u0) * uv[slot][0];
+            self.v[ix] = v0 + (v1 - v0) * uv[slot][1];
+            (self.s[ix], self.t[ix]) = (s[slot], t[slot]);
+            self.stretch[ix] = at.du.length().max(at.dv.length()).max(f32::MIN_POSITIVE);
+            self.scale[ix] = (u1 - u0).abs().max((v1 - v0).abs());
+        }
+    }
+}
+
+impl DisplaceContext<'_, '_> {
+    /// Makes offsets finite and keeps them within the bound.
+    fn check(&self, primitive: u32, displacer: &Displacer, offsets: &mut Vec3s) {
+        // A shader that keeps its word to the last bit may still be a rounding beyond it.
+        let most = f64::from(displacer.bound) * 1.00001;
+        let num_within = self.frame.surfaces.level.run(
+            #[inline(always)]
+            || {
+                let all = offsets.slice(0..offsets.len());
+                let is_within = |ix: usize| all.get(ix).as_dvec3().length_squared() <= most * most;
+                (0..all.x.len()).fold(0, |num, ix| num + usize::from(is_within(ix)))
+            },
+        );
+        if num_within == offsets.len() {
+            return;
+        }
+        for ix in 0..offsets.len() {
+            let offset = offsets.get(ix).as_dvec3();
+            if offset.length_squared() <= most * most {
+                continue;
+            }
+            let length = offset.length();
+            let finite = length.is_finite();
+            self.corrections.borrow_mut().note(primitive, if finite { length as f32 } else { 0.0 }, !finite);
+            let within = offset * (f64::from(displacer.bound) / length);
+            offsets.set(ix, if finite { within.as_vec3() } else { Vec3::ZERO });
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Normals of lists of points and of lattices.
+//!
+//! In: derivatives, or a lattice of positions. Out: unit normals, place by place with the same bits however the list is
+//! cut.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use crate::geometry::lanes::{SLACK, SurfacePoints};
+use crate::math::Vec3s;
+use crate::math::simd::SimdLevel;
+
+use super::patch::normal_or_zero;
+
+/// Writes the unit normals du x dv of the points `range`, times `sign`, to the same places of `to`; zero where du and dv
+/// vanish or are parallel. Returns whether that may have happened. Up to [`SLACK`] normals behind the range are lost: whole
+/// groups go through, since ranges are short.
+pub fn surface_normals(
+    level: SimdLevel,
+    at: &SurfacePoints,
+    range: Range<usize>,
+    sign: f32,
+    to: &mut Vec3s,
+) -> bool {
+    level.run(
+        #[inline(always)]
+        || {
+            let len = range.len().next_multiple_of(SLACK);
+            let range = range.start..range.start + len;
+            let (du, dv) = (at.du.slice(range.clone()), at.dv.slice(range.clone()));
+            let mut to = to.slice_mut(range);
+            let mut missing = 0u32;
+            for ix in 0..len {
+                let normal = normal_or_zero(du.get(ix), dv.get(ix));
+                missing |= u32::from((normal.x == 0.0) & (normal.y == 0.0) & (normal.z == 0.0));
+                to.set(ix, normal * sign);
+            }
+            missing != 0
+        },
+    )
+}
+
+/// Unit normals of a lattice by central differences, times `sign`; zero where it is folded to nothing.
+///
+/// In: `width` positions a row, row after row. Out: a normal for each of them, of which those of the first and last row
+/// and column mean nothing.
+pub fn lattice_normals(level: SimdLevel, lattice: &Vec3s, width: usize, sign: f32, to: &mut Vec3s) {
+    to.resize(lattice.len());
+    let Some(len) = lattice.len().checked_sub(2 * width).filter(|len| *len > 0) else { return };
+    level.run(
+        #[inline(always)]
+        || {
+            let from = |first: usize| lattice.slice(first..first + len);
+            // One list from the second row to the last but one: ends of rows are computed along, to go through in lanes.
+            let (left, right) = (from(width - 1), from(width + 1));
+            let (below, above) = (from(0), from(2 * width));
+            let mut to = to.slice_mut(width..width + len);
+            for ix in 0..len {
+                let cross = (right.get(ix) - left.get(ix)).cross(above.get(ix) - below.get(ix)) * sign;
+                let length = cross.length();
+                let has_area = (length > f32::MIN_POSITIVE) & (length < f32::INFINITY);
+                let normal = cross / length;
+                to.set(ix, if has_area { normal } else { Vec3::ZERO });
+            }
+        },
+    );
+}

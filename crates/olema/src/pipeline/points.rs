@@ -1,0 +1,167 @@
+//! Points: a lattice and its border, evaluated.
+//!
+//! In: the places of a lattice, and behind them those that its border has on other patches. Out: positions, derivatives
+//! and exact normals of all of them at one motion key. Border vertices are then where their owners have them.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use crate::geometry::lanes::{SLACK, SurfacePoints};
+use crate::math::Vec3s;
+
+use super::border::Border;
+use super::displace::DisplaceContext;
+use super::lattice::Lattice;
+use super::normals::{lattice_normals, surface_normals};
+use super::piece::Sabotage;
+
+/// What is asked of points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wanted {
+    /// Derivatives of the lattice's own points.
+    pub derivatives: bool,
+    /// Their normals, which come from derivatives unless a broken rule estimates them.
+    pub normals: bool,
+    /// Derivatives and normals of the border's places on other patches.
+    pub border_derivatives: bool,
+    /// The normals that border points are displaced along.
+    pub border_normals: bool,
+}
+
+/// A lattice's points; used again for every grid.
+#[derive(Debug, Default)]
+pub struct Points {
+    /// Positions and derivatives, by place.
+    pub at: SurfacePoints,
+    /// Unit normals in camera space, turned by the orientation attribute; zero where the surface has no area.
+    pub normal: Vec3s,
+    /// v of the lattice's rows.
+    rows: Vec<f32>,
+    /// A lattice with a ring around it.
+    ring: Vec3s,
+    ring_normal: Vec3s,
+}
+
+impl Points {
+    /// Evaluates the places of `lattice` on `patch` and those of `border` on their patches, at motion key `key`.
+    pub fn evaluate(
+        &mut self,
+        context: &DisplaceContext,
+        [patch, key]: [u32; 2],
+        lattice: &mut Lattice,
+        border: &mut Border,
+        wanted: Wanted,
+    ) {
+        let all = lattice.u.len();
+        // What is written beyond a run's end.
+        lattice.u.resize(all + SLACK, 0.0);
+        lattice.v.resize(all + SLACK, 0.0);
+        if self.at.p.len() < all + SLACK {
+            self.at.resize(all + SLACK);
+            self.normal.resize(all + SLACK);
+        }
+        self.evaluate_own(context, [patch, key], lattice, wanted);
+        let uv = [&lattice.u[..], &lattice.v[..]];
+        let surfaces = &context.frame.surfaces;
+        let ends = border.runs.iter().skip(1).map(|run| run.1).chain([all as u32]);
+        for (&(patch, first), end) in border.runs.iter().zip(ends) {
+            let range = first as usize..end as usize;
+            if wanted.border_derivatives {
+                surfaces.evaluate_list(patch, key as usize, uv, range.clone(), &mut self.at);
+                self.exact_normals(context, [patch, key], uv, range, 1.0);
+            } else {
+                surfaces.list_positions(patch, key as usize, uv, range, &mut self.at.p);
+            }
+        }
+        lattice.u.truncate(all);
+        lattice.v.truncate(all);
+        if wanted.border_normals {
+            border.sum_normals(context, &self.normal);
+        }
+    }
+
+    fn evaluate_own(
+        &mut self,
+        context: &DisplaceContext,
+        [patch, key]: [u32; 2],
+        lattice: &Lattice,
+        wanted: Wanted,
+    ) {
+        let surfaces = &context.frame.surfaces;
+        let uv = [&lattice.u[..], &lattice.v[..]];
+        let estimated = context.frame.sabotage == Some(Sabotage::EstimatedNormals) && lattice.has_ring();
+        if !wanted.derivatives && (estimated || !wanted.normals) {
+            surfaces.list_positions(patch, key as usize, uv, 0..lattice.own, &mut self.at.p);
+        } else {
+            let vertices = lattice.num_vertices();
+            let done = lattice.is_straight(&mut self.rows)
+                && surfaces.evaluate_lattice(
+                    patch,
+                    key as usize,
+                    lattice.columns,
+                    [uv[0], &self.rows],
+                    &mut self.at,
+                );
+            let first = if done { vertices } else { 0 };
+            surfaces.evaluate_list(patch, key as usize, uv, first..lattice.own, &mut self.at);
+        }
+        let sign = context.normal_sign(patch);
+        if estimated {
+            self.estimate_normals(context, lattice, sign);
+        } else if wanted.normals {
+            self.exact_normals(context, [patch, key], uv, 0..lattice.own, sign);
+        }
+    }
+
+    /// Normals of places of one patch; where the derivatives vanish, those from nearby.
+    fn exact_normals(
+        &mut self,
+        context: &DisplaceContext,
+        [patch, key]: [u32; 2],
+        uv: [&[f32]; 2],
+        range: Range<usize>,
+        sign: f32,
+    ) {
+        let surfaces = &context.frame.surfaces;
+        if surface_normals(surfaces.level, &self.at, range.clone(), sign, &mut self.normal) {
+            for ix in range {
+                if self.normal.get(ix) == Vec3::ZERO {
+                    let nearby = surfaces.normal(patch, key as usize, [uv[0][ix], uv[1][ix]]);
+                    self.normal.set(ix, nearby * sign);
+                }
+            }
+        }
+    }
+
+    /// Normals from neighbouring points of the lattice, as a rule that is broken on purpose.
+    fn estimate_normals(&mut self, context: &DisplaceContext, lattice: &Lattice, sign: f32) {
+        lattice.ring(&self.at.p, &mut self.ring);
+        let (level, width) = (context.frame.surfaces.level, lattice.columns + 2);
+        lattice_normals(level, &self.ring, width, sign, &mut self.ring_normal);
+        lattice.each_in_ring(|vertex, at| self.normal.set(vertex, self.ring_normal.get(at)));
+        lattice.each_ghost(|vertex, place| self.normal.set(place, self.normal.get(vertex)));
+    }
+
+    /// Calls `visit` with the vertices whose displaced surface has a normal, by where their neighbours on the lattice are,
+    /// and these normals.
+    pub fn displaced_normals(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        lattice: &Lattice,
+        placed: &Vec3s,
+        mut visit: impl FnMut(usize, Vec3),
+    ) {
+        lattice.ring(placed, &mut self.ring);
+        let (level, sign) = (context.frame.surfaces.level, context.normal_sign(patch));
+        lattice_normals(level, &self.ring, lattice.columns + 2, sign, &mut self.ring_normal);
+        lattice.each_in_ring(|vertex, at| {
+            let normal = self.ring_normal.get(at);
+            // A grid that is folded to nothing keeps the normal of the surface below.
+            if normal != Vec3::ZERO {
+                visit(vertex, normal);
+            }
+        });
+    }
+}

@@ -1,0 +1,151 @@
+//! Surfaces at lists of places.
+//!
+//! In: a patch, a motion key, lists of u and v. Out: positions and derivatives in camera space, place by place with the
+//! bits that [`Surfaces::evaluate`] gives, however they are batched.
+
+use std::ops::Range;
+
+use crate::geometry::lanes::{self, SurfacePoints};
+use crate::math::Vec3s;
+use crate::math::simd::SimdLevel;
+
+use super::patch::{Loaded, Surface, Surfaces, at_key};
+
+impl Surfaces<'_> {
+    /// [`Self::evaluate`] at the places `range` of two lists, into the same places of `out`. All arrays are
+    /// [`SLACK`](lanes::SLACK) longer than the range's end, and `out` is overwritten there.
+    pub fn evaluate_list(
+        &self,
+        patch: u32,
+        key: usize,
+        uv: [&[f32]; 2],
+        range: Range<usize>,
+        out: &mut SurfacePoints,
+    ) {
+        self.with(patch, |loaded| match loaded {
+            Loaded::Control(first, later) => {
+                at_key(first, later, key).evaluate_list(self.level, uv, range, out);
+            }
+            Loaded::Limit(evaluator, limit) => range.for_each(|ix| {
+                out.set(ix, limit.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]));
+            }),
+        });
+    }
+
+    /// [`Self::position`] at the places `range` of two lists; otherwise as [`Self::evaluate_list`].
+    pub fn list_positions(
+        &self,
+        patch: u32,
+        key: usize,
+        uv: [&[f32]; 2],
+        range: Range<usize>,
+        out: &mut Vec3s,
+    ) {
+        self.with(patch, |loaded| match loaded {
+            Loaded::Control(first, later) => at_key(first, later, key).positions(self.level, uv, range, out),
+            Loaded::Limit(evaluator, limit) => {
+                range.for_each(|ix| out.set(ix, limit.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]).p));
+            }
+        });
+    }
+
+    /// [`Self::evaluate`] at all (u, v) of `columns` u and the v there are, row after row of constant v, if the patch
+    /// has a fast way; `false` where it has none. `u` and `out` are [`SLACK`](lanes::SLACK) longer than they need be.
+    pub fn evaluate_lattice(
+        &self,
+        patch: u32,
+        key: usize,
+        columns: usize,
+        uv: [&[f32]; 2],
+        out: &mut SurfacePoints,
+    ) -> bool {
+        self.with(patch, |loaded| match loaded {
+            Loaded::Control(first, later) => match at_key(first, later, key) {
+                Surface::Bicubic(surface) => {
+                    lanes::bicubic_lattice(self.level, surface, columns, uv, out);
+                    true
+                }
+                _ => false,
+            },
+            Loaded::Limit(..) => false,
+        })
+    }
+}
+
+impl Surface {
+    /// See [`Surfaces::evaluate_list`].
+    fn evaluate_list(&self, level: SimdLevel, uv: [&[f32]; 2], range: Range<usize>, out: &mut SurfacePoints) {
+        match self {
+            Surface::Bilinear(s) => lanes::evaluate(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| s.evaluate(u, v),
+            ),
+            Surface::RationalBilinear(s) => lanes::evaluate(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| s.evaluate(u, v),
+            ),
+            Surface::Bicubic(s) => lanes::evaluate(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| s.evaluate(u, v),
+            ),
+            Surface::RationalBicubic(s) => lanes::evaluate(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| s.evaluate(u, v),
+            ),
+        }
+    }
+
+    /// See [`Surfaces::list_positions`].
+    fn positions(&self, level: SimdLevel, uv: [&[f32]; 2], range: Range<usize>, out: &mut Vec3s) {
+        match self {
+            Surface::Bilinear(s) => lanes::positions(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| s.position(u, v),
+            ),
+            Surface::RationalBilinear(s) => lanes::positions(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| s.position(u, v),
+            ),
+            Surface::Bicubic(s) => lanes::positions(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| s.position(u, v),
+            ),
+            Surface::RationalBicubic(s) => lanes::positions(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| s.position(u, v),
+            ),
+        }
+    }
+}

@@ -5,7 +5,7 @@
 //!
 //! For each of the N tuples the micropolygon is where it is for that tuple, exactly. In each tile of K x K
 //! pixels that its box overlaps, the one sample with that tuple is tested. A sample beyond the region is not:
-//! the region that holds it does that. Twin in lanes: [`super::interleave_lanes`].
+//! the region that holds it does that. Twin in lanes: `interleave_lanes`.
 
 use super::draw::{Micropolygon, MovingDraw, Placed, Reach};
 use super::inside::{depth_at, triangle_hit};

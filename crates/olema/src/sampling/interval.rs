@@ -5,7 +5,7 @@
 //!
 //! For each stratum the micropolygon is bounded over the stratum's range of time and its cell of the lens. In
 //! each pixel that this box overlaps, the one sample of that stratum is tested exactly. Any K will do: how the
-//! tuples of a stratum are dealt out to pixels does not matter. Twin in lanes: [`super::interval_lanes`].
+//! tuples of a stratum are dealt out to pixels does not matter. Twin in lanes: `interval_lanes`.
 
 use super::draw::{Micropolygon, MovingDraw, Reach};
 use super::moving::Extent;

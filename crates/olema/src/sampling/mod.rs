@@ -15,6 +15,9 @@
 //!   rasterizers of such grids share. Each of them is a file, named as its paper names it: [`interval`],
 //!   [`interleave`], [`boundingbox`], [`simple`], and [`auto`] picks one. [`Rasterizer`] is the door to all.
 //!   They test different samples and hit the same.
+//! - `nomotion_lanes`, `interval_lanes` and `interleave_lanes` do the work of their scalar twins with vector instructions,
+//!   on vertices in 16 bits (`packed`) and tuples as vectors (`tuple_lanes`); `test_lanes` is the exact test of the latter
+//!   two. [`Kernels`] says which are used.
 //! - [`buffer`] and [`transparent`] keep what was hit.
 
 pub mod auto;

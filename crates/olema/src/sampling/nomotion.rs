@@ -1,7 +1,8 @@
 //! NoMotion, scalar: the rasterizer for micropolygons that stand still and are in focus.
 //!
 //! In: micropolygons in 1/256 px of raster space and the samples of a region. Out: hits, to a [`HitSink`],
-//! and [`SampleCounts`]. The oracle for faster rasterizers; twin in lanes: [`super::nomotion_lanes`]. Source: Fatahalian 2009, sections 3.1 and 4.1.
+//! and [`SampleCounts`]. The oracle for faster rasterizers; twin in lanes: `nomotion_lanes`. Source: Fatahalian 2009,
+//! sections 3.1 and 4.1.
 //!
 //! A micropolygon's bounding box is clamped to sub-pixel cells, not to pixels; the one sample in each cell
 //! that the box overlaps is tested exactly ([`super::inside`]). A sample counts as one test of a quad, although

@@ -112,9 +112,9 @@ pub fn sticks(motion_px: f64) -> Scene {
     scene.camera.shutter = [0.0, 1.0];
     let looks = looks(&mut scene, &[[0.7, 0.55, 0.3], [0.4, 0.6, 0.3], [0.3, 0.4, 0.6], [0.8, 0.75, 0.7]]);
     let px = |distance: f64| distance / focal_px(FOV);
-    for ix in 0..940 {
+    for ix in 0..410 {
         let distance = random.range(6.0, 12.0);
-        let (radius, length) = (9.0 * px(distance), 380.0 * px(distance));
+        let (radius, length) = (21.0 * px(distance), 380.0 * px(distance));
         let reach = [1060.0, 640.0].map(|half| half * px(distance));
         let place =
             DVec3::new(random.range(-reach[0], reach[0]), distance, random.range(-reach[1], reach[1]));
@@ -260,7 +260,7 @@ mod tests {
     /// Small pictures have the same depth complexity, and motion is stated for 1080p.
     fn check(scene: &Scene, complexity: f64, motion_px: f64) {
         scene.validate().expect("a correct scene");
-        assert!((500..20_000).contains(&scene.primitives.len()), "{}", scene.primitives.len());
+        assert!((300..20_000).contains(&scene.primitives.len()), "{}", scene.primitives.len());
         let measured = measure(scene, [240, 135]).expect("a correct scene");
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.15;
         assert!(near(measured.depth_complexity, complexity), "{measured:?}, expected {complexity}");

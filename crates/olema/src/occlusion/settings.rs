@@ -134,12 +134,13 @@ pub struct CullSettings {
 }
 
 impl Default for CullSettings {
-    /// The tz-pyramid at its finest, at every place.
+    /// The tz-pyramid at every place, with all slices. Leaves of 4 pixels cull nearly as much as those of 2, and
+    /// cost less.
     fn default() -> Self {
         CullSettings {
             kind: CullKind::default(),
             at: CullPlaces::default(),
-            leaf_px: 2,
+            leaf_px: 4,
             slices: 64,
             order: CullOrder::default(),
         }

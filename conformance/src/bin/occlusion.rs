@@ -112,18 +112,13 @@ fn report(
             stats.seconds.total,
             o.pyramid_bytes as f64 / 1e6,
         );
-        if kind == CullKind::None {
-            let s = stats.seconds;
-            println!(
-                "    {:.1} M points; seconds: split {:.1}, dice {:.1}, shade {:.1}, sample {:.1}, resolve {:.1}",
-                stats.diced_points as f64 / 1e6,
-                s.split,
-                s.dice,
-                s.shade,
-                s.sample,
-                s.resolve
-            );
-        }
+        let s = stats.seconds;
+        let stages =
+            [s.split, s.dice, s.cull, s.shade, s.sample, s.resolve].map(|t| format!("{t:.2}")).join(", ");
+        println!(
+            "    {:.1} M points; split, dice, cull, shade, sample, resolve: {stages} s",
+            stats.diced_points as f64 / 1e6
+        );
     }
     Ok(())
 }

@@ -1,10 +1,11 @@
 //! Occlusion culling on moving crowds: what is diced and shaded with each hierarchy, and what that costs and saves.
 //!
 //! ```text
-//! cargo run --release -p conformance --bin occlusion [-- NAME ... [--all] [--res WxH]]   army, sticks, city, rush, open
+//! cargo run --release -p conformance --bin occlusion [-- NAME ... [--all | --z] [--res WxH]]   army, sticks, city, rush, open
 //! ```
 //!
-//! `--all` adds the hierarchies and ways of shading that lie between. Grids are kept as long as they are wanted, so that
+//! `--all` adds the hierarchies and ways of shading that lie between, `--z` leaves out the first, so that all is relative
+//! to the z-pyramid. Grids are kept as long as they are wanted, so that
 //! nothing is diced twice.
 //!
 //! Boulos 2010, figures 5 to 8: points diced and shaded relative to no culling, 1920 x 1080, 16 samples a pixel in tiles
@@ -29,7 +30,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         names.truncate(at);
     }
     let all = names.iter().any(|name| name == "--all");
-    names.retain(|name| name != "--all");
+    let from_z = names.iter().any(|name| name == "--z");
+    names.retain(|name| name != "--all" && name != "--z");
     if names.is_empty() {
         names = ["army", "sticks", "city", "rush", "open"].map(str::to_owned).into();
     }
@@ -42,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "open" => open(),
             other => return Err(format!("there is no scene \"{other}\"").into()),
         };
-        report(&name, &scene, all, &Settings { resolution, ..half_pixels(settings()) })?;
+        report(&name, &scene, [all, from_z], &Settings { resolution, ..half_pixels(settings()) })?;
     }
     Ok(())
 }
@@ -62,7 +64,7 @@ const WAYS: [(&str, CullKind, u32, Shade, bool); 7] = [
 fn report(
     name: &str,
     scene: &Scene,
-    all: bool,
+    [all, from_z]: [bool; 2],
     settings: &Settings,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let [width, height] = settings.resolution;
@@ -84,7 +86,8 @@ fn report(
         "MB"
     );
     let mut none: Option<Stats> = None;
-    for (way, kind, slices, shade, _) in WAYS.into_iter().filter(|way| all || way.4) {
+    for (way, kind, slices, shade, _) in WAYS.into_iter().skip(usize::from(from_z)).filter(|way| all || way.4)
+    {
         let cull = CullSettings { kind, slices, leaf_px: 2, ..CullSettings::default() };
         let settings = Settings { cull, shade, threads: 1, ..settings.clone() };
         let started = Instant::now();

@@ -91,6 +91,13 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
     pub threads: i32,
 
+    /// Memory to use, e.g. 512M or 4G; half of the machine's without it; never changes the picture
+    ///
+    /// Beyond it grids are made again and transparent layers are drawn in turn, which takes time; what cannot be made
+    /// again, the scene and the picture, is refused.
+    #[arg(long, value_name = "SIZE", value_parser = crate::memory::parse)]
+    pub memory: Option<u64>,
+
     /// Seed of the sample pattern
     #[arg(long, value_name = "S")]
     pub seed: Option<u32>,

@@ -19,6 +19,7 @@ use olema_formats::rib::{ReadOptions, RibReader};
 
 use crate::args::BenchArgs;
 use crate::exit::{self, Failure};
+use crate::memory::Budget;
 use crate::{report as messages, stats_file, values};
 use report::Run;
 use scenes::{ALL, Source, Standard};
@@ -94,14 +95,15 @@ fn in_child(scene: &Standard, args: &BenchArgs) -> Result<Run, Failure> {
 
 /// Draws a scene once, as `olema render` does.
 fn draw(standard: Standard, threads: i32) -> Result<Run, Failure> {
-    let source = standard.source();
+    let (source, memory) = (standard.source(), Budget::new(None));
     let began = Instant::now();
     let (scene, mut settings) = match source {
         Source::Built(built) => *built,
-        Source::Rib(text) => read(standard.name, text)?,
+        Source::Rib(text) => read(standard.name, text, memory)?,
     };
     let read_seconds = began.elapsed().as_secs_f64();
     settings.threads = values::threads(threads, std::thread::available_parallelism().map_or(1, usize::from));
+    memory.limit(&mut settings);
     let clock = || began.elapsed().as_secs_f64();
     let hooks = Hooks { clock: Some(&clock), ..Hooks::default() };
     let renderer = Renderer::new(settings)?;
@@ -112,10 +114,11 @@ fn draw(standard: Standard, threads: i32) -> Result<Run, Failure> {
 }
 
 /// Reads a scene. A standard scene about which the reader has anything to say is a mistake in this program.
-fn read(name: &str, text: String) -> Result<(Scene, Settings), Failure> {
+fn read(name: &str, text: String, memory: Budget) -> Result<(Scene, Settings), Failure> {
     let fail = |problem: String| Failure::new(exit::SCENE, format!("scene {name}: {problem}"));
+    let options = ReadOptions { memory: memory.reader(), ..ReadOptions::default() };
     let stream = Box::new(Cursor::new(text));
-    let mut reader = RibReader::from_stream(name, stream, ReadOptions::default());
+    let mut reader = RibReader::from_stream(name, stream, options);
     let frame = reader.next_frame().map_err(|error| fail(error.to_string()))?;
     if let Some(said) = reader.take_diagnostics().first() {
         return Err(fail(said.message.clone()));
@@ -145,7 +148,7 @@ mod tests {
             assert_eq!(run.patches, patches, "{name}");
         }
         let Source::Rib(text) = scenes::named("creased")[0].source() else { panic!("not a text") };
-        let (scene, _) = read("creased", text).expect("a scene");
+        let (scene, _) = read("creased", text, Budget::new(None)).expect("a scene");
         let olema::scene::Geometry::Subdivision(mesh) = &scene.primitives[0].geometry else {
             panic!("no mesh")
         };

@@ -9,6 +9,7 @@ mod diff;
 mod exit;
 mod info;
 mod interrupt;
+mod memory;
 mod model;
 mod output;
 mod picture;

@@ -4,8 +4,9 @@
 //! in memory and read as a file is, so that reading counts.
 //!
 //! The models are framed alike: 800 x 600, 40 degrees wide, 4 x 4 samples, shading rate 1, gaussian 2 x 2, the eye
-//! 2.6 radii from the middle of the bounding sphere, plastic with one ambient and two distant lights. `-blur` adds motion and a lens: the points turn by 12 degrees between two keys, DepthOfField has f-stop 1,
-//! focal length 0.06 d and focus at 0.85 d, d being the distance.
+//! 2.6 radii from the middle of the bounding sphere, plastic with one ambient and two distant lights. `-blur`
+//! adds motion and a lens: the points turn by 12 degrees between two keys, DepthOfField has f-stop 1, focal length
+//! 0.06 d and focus at 0.85 d, d being the distance.
 
 use olema::Scene;
 use olema::Settings;

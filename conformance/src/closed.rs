@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use glam::DMat4;
 use olema::Scene;
-use olema::sampling::hash::Stream;
 use olema::scene::{Attributes, Keyed, PatchBasis, PatchKind, PatchMesh, Points};
+pub use olema::standard::build::Random;
 
 use crate::scenes::{add, bicubic, bilinear, camera};
 
@@ -21,31 +21,6 @@ pub const B_SPLINE: PatchBasis = PatchBasis {
     ],
     step: 1,
 };
-
-/// Numbers from a seed.
-pub struct Random(Stream);
-
-impl Random {
-    /// Starts at `seed`.
-    pub fn new(seed: u32) -> Self {
-        Random(Stream::new(seed))
-    }
-
-    /// In [from, to).
-    pub fn range(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.0.next_unit()
-    }
-
-    /// One of n.
-    pub fn below(&mut self, n: u32) -> u32 {
-        self.0.below(n)
-    }
-
-    /// A small random offset in each coordinate.
-    pub fn jitter(&mut self, size: f64) -> [f64; 3] {
-        std::array::from_fn(|_| self.range(-size, size))
-    }
-}
 
 /// What kind of closed surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,5 +11,4 @@ pub mod moving;
 pub mod occlusion_scenes;
 pub mod scenes;
 pub mod shapes;
-pub mod teapot;
 pub mod torus;

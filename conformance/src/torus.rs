@@ -11,18 +11,9 @@ use olema::scene::{
     Attributes, Camera, Class, Geometry, Keyed, Lens, PatchKind, PatchMesh, Points, PrimVar, Projection,
     VarType, VarValues,
 };
+use olema::standard::torus::point;
 
 use crate::scenes;
-
-/// The surface at angles u and v, at time `t` in [0, 1].
-fn point(u: f64, v: f64, t: f64) -> [f32; 3] {
-    let tube = 0.45 * (1.0 + 0.06 * (24.0 * u).sin() * (10.0 * v).sin());
-    let around = u + 0.03 * t;
-    let ring = 1.0 + tube * v.cos();
-    let (x, y, z) = (ring * around.cos(), ring * around.sin(), tube * v.sin());
-    let (sin, cos) = 50.0f64.to_radians().sin_cos();
-    [x + 0.03 * t, cos * y - sin * z - 0.2 + 0.02 * t, sin * y + cos * z].map(|c| c as f32)
-}
 
 /// A hash of a quad's number.
 pub fn hash(quad: u32) -> u32 {

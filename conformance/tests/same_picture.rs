@@ -1,6 +1,7 @@
 //! Settings that must not matter do not matter, bit for bit.
 
 use conformance::scenes::{self, small};
+use olema::settings::Memory;
 use olema::{Hooks, Image, Renderer, Scene, Settings};
 
 fn draw(scene: &Scene, settings: &Settings) -> Image {
@@ -150,4 +151,24 @@ fn a_render_can_be_cancelled() {
     let hooks = Hooks { cancel: Some(&cancel), ..Hooks::default() };
     let result = Renderer::new(small(64, 48, [2, 2])).expect("valid").render(&scenes::teapot(), &hooks);
     assert_eq!(result.err(), Some(olema::Error::Cancelled));
+}
+
+#[test]
+fn a_budget_of_memory_changes_the_work_and_not_the_picture() {
+    let drawn = |scene: &Scene, budget: u64| {
+        let mut settings = Settings { tile: Some(8), ..small(64, 48, [3, 3]) };
+        Memory::divide(budget).limit(&mut settings, 1);
+        let frame = Renderer::new(settings).expect("valid settings").render(scene, &Hooks::default());
+        let frame = frame.expect("a picture");
+        (bits(&frame.image), frame.stats)
+    };
+    let (mut again, mut peels) = (0, 0);
+    for (name, scene) in test_scenes() {
+        // The least that the picture itself fits in.
+        let ((tiny, made), (large, kept)) = (drawn(&scene, 256 << 10), drawn(&scene, 1 << 30));
+        assert!(tiny == large, "{name}");
+        assert_eq!((kept.grids_again, kept.peels), (0, 0), "{name}");
+        (again, peels) = (again + made.grids_again, peels + made.peels);
+    }
+    assert!(again > 0 && peels > 0, "{again} grids again, {peels} passes");
 }

@@ -31,6 +31,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Compare two pictures
     Diff(DiffArgs),
+    /// Measure the standard scenes
+    Bench(BenchArgs),
 }
 
 /// Options of `olema render`.
@@ -88,6 +90,13 @@ pub struct RenderArgs {
     /// Worker threads; 0 is one per core, -N is all cores but N
     #[arg(short, long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
     pub threads: i32,
+
+    /// Memory to use, e.g. 512M or 4G; half of the machine's without it; never changes the picture
+    ///
+    /// Beyond it grids are made again and transparent layers are drawn in turn, which takes time; what cannot be made
+    /// again, the scene and the picture, is refused.
+    #[arg(long, value_name = "SIZE", value_parser = crate::memory::parse)]
+    pub memory: Option<u64>,
 
     /// Seed of the sample pattern
     #[arg(long, value_name = "S")]
@@ -225,6 +234,35 @@ pub struct DiffArgs {
     pub output: Option<PathBuf>,
 }
 
+/// Options of `olema bench`.
+#[derive(Debug, Args)]
+#[command(after_help = EXIT_CODES)]
+pub struct BenchArgs {
+    /// Scenes, or how several of them begin, as torus does; all without any
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+
+    /// Runs of each scene, of which the median is told
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+
+    /// Worker threads; 0 is one per core, -N is all cores but N
+    #[arg(short, long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
+    pub threads: i32,
+
+    /// Small pictures, to see that all is well
+    #[arg(long)]
+    pub quick: bool,
+
+    /// One run in this very process, as a line of JSON: what the command starts itself with
+    #[arg(long, hide = true)]
+    pub alone: bool,
+}
+
 /// How progress is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum ProgressKind {
@@ -253,7 +291,7 @@ mod tests {
     fn readme_lists_every_option() {
         let readme = include_str!("../../../README.md");
         for sub in Cli::command().get_subcommands() {
-            for arg in sub.get_arguments().filter_map(|a| a.get_long()) {
+            for arg in sub.get_arguments().filter(|a| !a.is_hide_set()).filter_map(|a| a.get_long()) {
                 assert!(
                     readme.contains(&format!("`--{arg}")),
                     "README.md lacks --{arg} of {}",

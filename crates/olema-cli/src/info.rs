@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use crate::args::InfoArgs;
 use crate::exit::{self, Failure};
+use crate::memory::Budget;
 use crate::report::{self, Counts, Reporter};
 use crate::source;
 use motion::{LensInfo, MotionInfo, ShutterInfo};
@@ -90,7 +91,7 @@ fn read(args: &InfoArgs, reporter: &mut Reporter) -> Result<(FileInfo, u8), Fail
     let file = args.file.to_string_lossy().into_owned();
     let mut info = FileInfo { file, frames: Vec::new(), diagnostics: Counts::default() };
     let mut code = exit::OK;
-    match source::open(&args.file, &args.search_path, args.model) {
+    match source::open(&args.file, &args.search_path, args.model, Budget::new(None).reader()) {
         Err(error) => code = reporter.read_error(error),
         Ok(mut reader) => loop {
             let next = reader.next_frame();

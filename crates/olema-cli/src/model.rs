@@ -64,14 +64,14 @@ pub fn is_model(file: &Path) -> bool {
 }
 
 impl Model {
-    /// Makes a scene of a file.
+    /// Makes a scene of a file, of which at most `memory` bytes are held.
     ///
     /// # Errors
     /// [`ReadError`] where it cannot be opened, or read to its end.
-    pub fn open(file: &Path, args: ModelArgs) -> Result<Self, ReadError> {
+    pub fn open(file: &Path, args: ModelArgs, memory: u64) -> Result<Self, ReadError> {
         let io = |source| ReadError::Io { path: file.display().to_string(), source };
         let input = BufReader::new(File::open(file).map_err(io)?);
-        let (obj, said) = obj::read(&file.to_string_lossy(), input, obj::MEMORY)?;
+        let (obj, said) = obj::read(&file.to_string_lossy(), input, memory)?;
         Ok(Model::new(file, &obj, said, args))
     }
 

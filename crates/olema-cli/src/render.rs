@@ -11,6 +11,7 @@ use olema_formats::rib::{Display, RibFrame};
 use crate::args::{ProgressKind, RenderArgs};
 use crate::exit::{self, Failure};
 use crate::interrupt::Interrupt;
+use crate::memory::Budget;
 use crate::output::{self, Names, Subject};
 use crate::picture;
 use crate::progress::Meter;
@@ -36,6 +37,7 @@ struct Job<'a> {
     args: &'a RenderArgs,
     reporter: &'a mut Reporter,
     interrupt: Interrupt,
+    memory: Budget,
     names: Names,
     stats: StatsFile,
     /// Worlds met, in all files: the number of one that stands in no frame block.
@@ -58,7 +60,8 @@ impl<'a> Job<'a> {
         }
         let names = Names::new(args.output.as_deref())?;
         let interrupt = Interrupt::install();
-        Ok(Job { args, reporter, interrupt, names, stats: StatsFile::new(), worlds: 0 })
+        let memory = Budget::new(args.memory);
+        Ok(Job { args, reporter, interrupt, memory, names, stats: StatsFile::new(), worlds: 0 })
     }
 
     /// Renders all files. A file that fails does not keep the others from being rendered.
@@ -79,10 +82,11 @@ impl<'a> Job<'a> {
     }
 
     fn file(&mut self, file: &Path) -> u8 {
-        let mut reader = match source::open(file, &self.args.search_path, self.args.model) {
-            Ok(reader) => reader,
-            Err(error) => return self.reporter.read_error(error),
-        };
+        let mut reader =
+            match source::open(file, &self.args.search_path, self.args.model, self.memory.reader()) {
+                Ok(reader) => reader,
+                Err(error) => return self.reporter.read_error(error),
+            };
         let (mut code, mut found, mut chosen) = (exit::OK, 0, 0);
         loop {
             let began = Instant::now();
@@ -123,7 +127,8 @@ impl<'a> Job<'a> {
     /// Renders one frame and writes its picture.
     fn frame(&mut self, file: &Path, number: i32, frame: RibFrame, read_seconds: f64) -> Result<(), Failure> {
         let RibFrame { mut scene, settings, displays, .. } = frame;
-        let settings = overrides::settings(self.args, settings)?;
+        let mut settings = overrides::settings(self.args, settings)?;
+        self.memory.limit(&mut settings);
         overrides::scene(self.args, &mut scene);
         let display = self.primary(number, &displays);
         let name = display.as_ref().map_or("", |d| d.name.as_str());
@@ -150,7 +155,7 @@ impl<'a> Job<'a> {
             scene: file.to_string_lossy().into_owned(),
             frame: number,
             picture: path.to_string_lossy().into_owned(),
-            settings: SettingsRecord::new(renderer.settings(), self.args.shading_rate),
+            settings: SettingsRecord::new(renderer.settings(), self.args.shading_rate, self.memory.0),
             stats,
         });
         // After each picture, so that a run that is stopped leaves the figures of those it finished.

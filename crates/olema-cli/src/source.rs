@@ -16,15 +16,20 @@ pub enum Source {
     Model(Box<Model>),
 }
 
-/// Opens a scene or a model.
+/// Opens a scene or a model, of which at most `memory` bytes are held.
 ///
 /// # Errors
 /// [`ReadError`] where it cannot be opened.
-pub fn open(file: &Path, search_path: &[PathBuf], model: ModelArgs) -> Result<Source, ReadError> {
+pub fn open(
+    file: &Path,
+    search_path: &[PathBuf],
+    model: ModelArgs,
+    memory: u64,
+) -> Result<Source, ReadError> {
     if model::is_model(file) {
-        return Ok(Source::Model(Box::new(Model::open(file, model)?)));
+        return Ok(Source::Model(Box::new(Model::open(file, model, memory)?)));
     }
-    let options = ReadOptions { search_path: search_path.to_vec(), ..ReadOptions::default() };
+    let options = ReadOptions { search_path: search_path.to_vec(), memory, ..ReadOptions::default() };
     let reader = if file == Path::new("-") {
         RibReader::from_stream("-", Box::new(std::io::stdin()), options)
     } else {

@@ -62,14 +62,15 @@ pub struct SettingsRecord {
     threads: usize,
     bucket: [u32; 2],
     raster_tile: Option<u32>,
+    memory: u64,
     picture_memory: u64,
     transparency_records: usize,
     grid_cache: u64,
 }
 
 impl SettingsRecord {
-    /// The record of these settings; `shading_rate` is the option of that name.
-    pub fn new(settings: &Settings, shading_rate: Option<f32>) -> Self {
+    /// The record of these settings; `shading_rate` is the option of that name, `memory` the whole budget in bytes.
+    pub fn new(settings: &Settings, shading_rate: Option<f32>, memory: u64) -> Self {
         // Taken apart in full, so that no new setting is forgotten here.
         let &Settings {
             resolution,
@@ -129,6 +130,7 @@ impl SettingsRecord {
             threads,
             bucket,
             raster_tile,
+            memory,
             picture_memory,
             transparency_records,
             grid_cache,
@@ -192,7 +194,7 @@ mod tests {
             scene: "teapot.rib".to_owned(),
             frame: 1,
             picture: "teapot.png".to_owned(),
-            settings: SettingsRecord::new(&Settings::default(), None),
+            settings: SettingsRecord::new(&Settings::default(), None, 0),
             stats: Stats::default(),
         });
         file

@@ -358,3 +358,38 @@ fn info_tells_what_moves_and_what_is_in_focus() {
 fn stats(bench: &Bench) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(bench.path("s.json")).unwrap()).unwrap()
 }
+
+#[test]
+fn memory_is_paid_for_in_time_and_recorded() {
+    let bench = Bench::new();
+    bench.file("a.rib", include_str!("../../../scenes/teapot.rib"));
+    let drawn = |memory: &str| {
+        let out = format!("{memory}.png");
+        let ran = bench.run(&[
+            "render",
+            "a.rib",
+            "-o",
+            &out,
+            "--res",
+            "96x72",
+            "--raster-tile",
+            "8",
+            "--stats",
+            "s.json",
+            "--memory",
+            memory,
+        ]);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        (std::fs::read(bench.path(&out)).unwrap(), stats(&bench)["frames"][0].take())
+    };
+    let ((tiny, made), (large, kept)) = (drawn("1M"), drawn("1G"));
+    assert!(tiny == large, "memory changed the picture");
+    assert!(made["stats"]["grids_again"].as_u64() > Some(0), "{made}");
+    assert_eq!(kept["stats"]["grids_again"], 0);
+    assert_eq!(kept["settings"]["memory"], 1u64 << 30);
+    assert_eq!(kept["settings"]["grid_cache"], 192u64 << 20);
+    assert_eq!(kept["settings"]["picture_memory"], 256u64 << 20);
+    let refused = bench.run(&["render", "a.rib", "--res", "640x480", "--memory", "1M"]);
+    assert_eq!(refused.code, 4, "{}", refused.err);
+    assert_eq!(bench.run(&["render", "a.rib", "--memory", "lots"]).code, 2);
+}

@@ -68,6 +68,7 @@ pub mod sampling;
 pub mod scene;
 pub mod settings;
 pub mod shading;
+pub mod standard;
 pub mod stats;
 
 pub use engine::{CancelToken, Frame, Hooks, Progress, Renderer};

@@ -1,5 +1,7 @@
 //! How a picture is made: everything that is not the scene.
 
+mod memory;
+
 use std::fmt;
 use std::str::FromStr;
 
@@ -7,6 +9,8 @@ use crate::error::Error;
 use crate::image::Filter;
 use crate::occlusion::CullSettings;
 use crate::sampling::Rasterizer;
+
+pub use memory::Memory;
 
 /// Which vertices of what is surely opaque are shaded; anything else is shaded before it is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -1,6 +1,6 @@
 //! What a render did, counted where it happens.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::occlusion::DepthReads;
 
@@ -102,7 +102,7 @@ impl std::ops::AddAssign for OcclusionAt {
 }
 
 /// Seconds per stage.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seconds {
     /// Reading files (filled in by the reader's caller).
     pub read: f64,

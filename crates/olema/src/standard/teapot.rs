@@ -1,5 +1,12 @@
 //! Newell's teapot of 1975: 306 points, 32 bicubic Bezier patches. z is up.
 
+use std::sync::Arc;
+
+use glam::DMat4;
+
+use super::build::{add, add_lights, bicubic, camera, surface};
+use crate::scene::{Attributes, Scene, ShadingInterpolation};
+
 /// Control points.
 #[rustfmt::skip]
 pub const POINTS: [[f32; 3]; 290] = [
@@ -114,3 +121,27 @@ pub const PATCHES: [[u16; 16]; 32] = [
     [265, 265, 265, 265, 276, 280, 281, 282, 279, 283, 284, 285, 104, 103, 102, 95],
     [265, 265, 265, 265, 282, 286, 287, 266, 285, 288, 289, 270, 95, 94, 93, 92],
 ];
+
+/// The teapot, 32 patches that do not share points, seen from `eye`.
+pub fn teapot_from(eye: [f64; 3], target: [f64; 3], fov: f32) -> Scene {
+    let mut scene = Scene::new(camera(eye, target, fov));
+    let lights = add_lights(&mut scene, [3.0, -4.0, 6.0]);
+    let attributes = Arc::new(Attributes {
+        name: "teapot".to_owned(),
+        color: [0.8, 0.45, 0.25],
+        surface: surface("plastic"),
+        lights,
+        shading_interpolation: ShadingInterpolation::Smooth,
+        ..Attributes::default()
+    });
+    for patch in PATCHES {
+        let points = patch.map(|ix| POINTS[ix as usize]);
+        add(&mut scene, bicubic(points), DMat4::IDENTITY, &attributes);
+    }
+    scene
+}
+
+/// The teapot as it is known.
+pub fn teapot() -> Scene {
+    teapot_from([2.0, -7.5, 5.0], [0.2, 0.0, 1.4], 36.0)
+}

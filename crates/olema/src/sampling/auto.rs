@@ -16,8 +16,17 @@
 //! strata are the pattern's. A few quads of the grid stand for all of it, and of their path only the part
 //! through the region counts. The error of all that matters where the two costs are alike, and there it is
 //! cheap: `auto_costs_little_more_than_the_better_one` has the figures.
+//!
+//! The kernels in lanes do other work: Interval's tests all samples in the rows of the box that holds a micropolygon at
+//! all times and lens places, and goes back to scalar code beyond two motion keys; InterleaveUvt's places 16 tuples at
+//! once. For them cost is in nanoseconds, fitted to the bench `kernels` with AVX-512 (docs/performance.md):
+//!
+//! ```text
+//! Interval         200 + 2 M pixels of that box
+//! InterleaveUvt    7 N + 1.2 tests
+//! ```
 
-use super::draw::MovingDraw;
+use super::draw::{Kernels, MovingDraw};
 use super::interleave::MAX_TILE;
 use super::moving::{Extent, MovingGrid};
 use super::pattern::SamplePattern;
@@ -29,10 +38,17 @@ pub const INTERVAL_OPS: [f64; 2] = [70.0, 93.0];
 /// Operations for a tuple's position and box and for one sample test of InterleaveUvt.
 pub const INTERLEAVE_OPS: [f64; 2] = [63.0, 47.0];
 
+/// Nanoseconds of Interval in lanes for a micropolygon, and for a sample in its box.
+const INTERVAL_NS: [f64; 2] = [200.0, 2.0];
+/// Nanoseconds of InterleaveUvt in lanes for a tuple and for one sample test.
+const INTERLEAVE_NS: [f64; 2] = [7.0, 1.2];
+/// How much longer scalar code takes.
+const SCALAR: f64 = 7.0;
+
 /// Quads that are looked at; grids of fewer are looked at whole.
 const NUM_PROBES: usize = 16;
 
-/// What a micropolygon of a grid is expected to cost, in operations.
+/// What a micropolygon of a grid is expected to cost, in operations, or in nanoseconds of the kernels in lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// With Interval.
@@ -54,13 +70,14 @@ pub fn choose(draw: &MovingDraw) -> Rasterizer {
 pub fn estimate(draw: &MovingDraw) -> Estimate {
     let cells = Cells::of(draw.pattern);
     let k = f64::from(draw.pattern.tile());
-    let (mut interval_tests, mut interleave_tests) = (0.0, 0.0);
+    let (mut interval_tests, mut interleave_tests, mut boxes) = (0.0, 0.0, 0.0);
     let probes = Probes::of(&draw.grid);
     for corners in (0..probes.num).map(|probe| probes.corners(&draw.grid, probe)) {
         for path in paths(&draw.grid, corners) {
             let seen = path.share_within(&draw.samples.region) * path.duration;
             interval_tests += seen * path.pixels_of_stratum(&cells);
             interleave_tests += seen * path.tiles(k);
+            boxes += path.pixels_in_all(&draw.samples.region);
         }
     }
     let m = f64::from(draw.pattern.samples_per_pixel());
@@ -69,9 +86,15 @@ pub fn estimate(draw: &MovingDraw) -> Estimate {
     // Strata and tuples of other times are not looked at.
     let [first, last] = draw.times.map(f64::from);
     let part = ((last + 1.0 - first) / 32_768.0).clamp(0.0, 1.0);
+    let fits = draw.pattern.tile() <= MAX_TILE;
+    if matches!(draw.kernels, Kernels::Lanes(_)) {
+        let interval = INTERVAL_NS[0] + INTERVAL_NS[1] * m * mean(boxes);
+        let interval = if draw.grid.num_keys() > 2 { SCALAR * interval } else { interval };
+        let interleave = num_tuples * (INTERLEAVE_NS[0] * part + INTERLEAVE_NS[1] * mean(interleave_tests));
+        return Estimate { interval, interleave: if fits { interleave } else { f64::INFINITY } };
+    }
     let interval = m * (INTERVAL_OPS[0] * (part + 1.0 / m).min(1.0) + INTERVAL_OPS[1] * mean(interval_tests));
     let interleave = num_tuples * (INTERLEAVE_OPS[0] * part + INTERLEAVE_OPS[1] * mean(interleave_tests));
-    let fits = draw.pattern.tile() <= MAX_TILE;
     Estimate { interval, interleave: if fits { interleave } else { f64::INFINITY } }
 }
 
@@ -195,6 +218,19 @@ impl Path {
             let (wide, high) = (1.0 + w, 1.0 + h);
             wide * high + wide * (vy * cells.t + c * cells.v) + high * (vx * cells.t + c * cells.u) + grown
         })
+    }
+
+    /// Pixels of a region that the box around the quad at all times and lens places overlaps.
+    fn pixels_in_all(&self, region: &Region) -> f64 {
+        let [first, _, last] = &self.boxes;
+        let limits = [[region.x0, region.x1], [region.y0, region.y1]].map(|ends| ends.map(f64::from));
+        let along = |axis: usize| {
+            let blur = self.coc[0] * 2.0f64.sqrt();
+            let least = (first[0][axis].min(last[0][axis]) - blur).max(limits[axis][0]);
+            let most = (first[1][axis].max(last[1][axis]) + blur).min(limits[axis][1]);
+            if most < least { 0.0 } else { 1.0 + most - least }
+        };
+        along(0) * along(1)
     }
 
     /// Tiles that the box of a tuple overlaps.

@@ -170,7 +170,8 @@ fn costs(
         skip: None,
         micropolygons,
         times: MovingDraw::ALL_TIMES,
-        kernels: Kernels::default(),
+        // Costs are in the paper's operations, which only the scalar code does.
+        kernels: Kernels::Scalar,
     };
     let of = |rasterizer: Rasterizer, ops: [f64; 2], setups: usize| {
         let mut counts = SampleCounts::default();

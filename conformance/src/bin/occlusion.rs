@@ -1,7 +1,7 @@
 //! Occlusion culling on moving crowds: what is diced and shaded with each hierarchy, and what that costs and saves.
 //!
 //! ```text
-//! cargo run --release -p conformance --bin occlusion [-- NAME ... [--all | --z] [--res WxH]]   army, sticks, city, rush, open
+//! cargo run --release -p conformance --bin occlusion [-- NAME ... [--leaf PX] [--all | --z] [--res WxH]]   army, sticks, city, rush, open
 //! ```
 //!
 //! `--all` adds the hierarchies and ways of shading that lie between, `--z` leaves out the first, so that all is relative
@@ -30,6 +30,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         names.truncate(at);
     }
     let all = names.iter().any(|name| name == "--all");
+    let mut leaf_px = 2;
+    if let Some(at) = names.iter().position(|name| name == "--leaf") {
+        leaf_px = names.get(at + 1).and_then(|px| px.parse().ok()).ok_or("--leaf: expected 2, 4, 8 or 16")?;
+        names.drain(at..at + 2);
+    }
     let from_z = names.iter().any(|name| name == "--z");
     names.retain(|name| name != "--all" && name != "--z");
     if names.is_empty() {
@@ -44,7 +49,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "open" => open(),
             other => return Err(format!("there is no scene \"{other}\"").into()),
         };
-        report(&name, &scene, [all, from_z], &Settings { resolution, ..half_pixels(settings()) })?;
+        let mut settings = Settings { resolution, ..half_pixels(settings()) };
+        settings.cull.leaf_px = leaf_px;
+        report(&name, &scene, [all, from_z], &settings)?;
     }
     Ok(())
 }
@@ -88,7 +95,7 @@ fn report(
     let mut none: Option<Stats> = None;
     for (way, kind, slices, shade, _) in WAYS.into_iter().skip(usize::from(from_z)).filter(|way| all || way.4)
     {
-        let cull = CullSettings { kind, slices, leaf_px: 2, ..CullSettings::default() };
+        let cull = CullSettings { kind, slices, ..settings.cull };
         let settings = Settings { cull, shade, threads: 1, ..settings.clone() };
         let started = Instant::now();
         let clock = || started.elapsed().as_secs_f64();

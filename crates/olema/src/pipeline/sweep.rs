@@ -323,7 +323,7 @@ mod tests {
     #[test]
     fn a_range_of_time_and_lens_is_bounded_by_its_ends() {
         let end = |x: f32, coc: [f32; 2], near: f32| Extent { in_focus: [x, x + 1.0, 0.0, 1.0], coc, near };
-        let sweep = Sweep::of_keys(&[end(0.0, [-4.0, 2.0], 5.0), end(100.0, [0.0, 2.0], 3.0)], &[0.0, 1.0]);
+        let sweep = Sweep::of_keys(&[end(0.0, [-4.0, 1.5], 5.0), end(100.0, [0.0, 1.5], 3.0)], &[0.0, 1.0]);
         let open = sweep.over(&range([0, 0], [0, 0]));
         assert_eq!((open.pixels, open.still), ([0, 1, 0, 1], false));
         assert!((open.near - 5.0).abs() < 1e-3);
@@ -331,7 +331,7 @@ mod tests {
         let right = sweep.over(&range([0, 0], [16_384, 32_767]));
         assert_eq!(right.pixels, [-4, 2, -4, 2]);
         let late = sweep.over(&range([16_384, 32_767], [0, 0]));
-        assert_eq!(late.pixels, [49, 100, 0, 1]);
+        assert_eq!(late.pixels, [49, 101, 0, 1]);
         assert!((late.near - 3.0).abs() < 1e-3);
     }
 

@@ -18,7 +18,7 @@ use crate::pipeline::displace::{Corrections, DisplaceContext, widen};
 use crate::pipeline::motion::{KeyTimes, scene_time, welded};
 use crate::pipeline::patch::Surfaces;
 use crate::pipeline::patchify::patchify;
-use crate::pipeline::piece::{Piece, Sabotage};
+use crate::pipeline::piece::Sabotage;
 use crate::pipeline::rate::Fineness;
 use crate::pipeline::resolve::FilterTable;
 use crate::pipeline::sample::DrawContext;
@@ -32,10 +32,9 @@ use crate::settings::Settings;
 use crate::shading::PlacedLight;
 use crate::stats::Stats;
 
+use super::filed::{Entry, Filed, Source};
+use super::tiles::Tiles;
 use super::{Hooks, Stopwatch};
-
-/// Bytes of sample records and colours that a tile may use, so that they stay in the second-level cache.
-const TILE_BYTES: u64 = 768 << 10;
 
 /// Pieces of one patch that may reach in front of the near plane, weighted; a surface that passes the eye has a few
 /// thousand that do so all the time, one that moves past it has many more that do for a moment.
@@ -298,133 +297,6 @@ pub(super) fn count_unseen(result: Result<Bound, Unseen>, stats: &mut Stats) -> 
     }
 }
 
-/// Where a filed piece is.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Source {
-    /// A whole patch.
-    Patch(u32),
-    /// An entry of [`Filed::pieces`].
-    Piece(u32),
-}
-
-/// A filed piece.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Entry {
-    pub source: Source,
-    pub near: f32,
-}
-
-/// Pieces by tile.
-#[derive(Debug, Default)]
-pub(super) struct Filed {
-    entries: Vec<Entry>,
-    pub pieces: Vec<Piece>,
-    /// Tiles and the entries that touch them.
-    touches: Vec<(u32, u32)>,
-    /// Where each tile's list starts; one more than tiles.
-    starts: Vec<usize>,
-    /// Indices into `entries`.
-    lists: Vec<u32>,
-}
-
-impl Filed {
-    /// Count, prefix sum, write.
-    fn sort_into(&mut self, num_tiles: usize) {
-        let touches = std::mem::take(&mut self.touches);
-        let mut counts = vec![0usize; num_tiles + 1];
-        touches.iter().for_each(|&(tile, _)| counts[tile as usize + 1] += 1);
-        for tile in 0..num_tiles {
-            counts[tile + 1] += counts[tile];
-        }
-        self.lists = vec![0; counts[num_tiles]];
-        let mut next = counts.clone();
-        for (tile, entry) in touches {
-            self.lists[next[tile as usize]] = entry;
-            next[tile as usize] += 1;
-        }
-        self.starts = counts;
-    }
-
-    /// What may be seen in a tile.
-    pub fn of_tile(&self, tile: usize) -> impl Iterator<Item = &Entry> {
-        self.lists[self.starts[tile]..self.starts[tile + 1]].iter().map(|&ix| &self.entries[ix as usize])
-    }
-}
-
-/// The raster tiles of a frame. They count from full-frame pixel (0, 0).
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Tiles {
-    /// Side in pixels.
-    pub side: u32,
-    /// Pixels to each side whose samples a pixel's filter reads.
-    pub margin: [i32; 2],
-    /// Pixels to render.
-    pub window: Region,
-    columns: usize,
-    rows: usize,
-}
-
-impl Tiles {
-    fn new(settings: &Settings, pattern: &SamplePattern, margin: [i32; 2]) -> Self {
-        let k = pattern.tile();
-        let side = settings.tile.unwrap_or_else(|| default_side(settings.samples_per_pixel(), k));
-        let [x0, x1, y0, y1] = settings.window_px().map(|px| px as i32);
-        let window = Region::new(x0, x1, y0, y1);
-        let count = |from: i32, to: i32| ((to - 1) / side as i32 - from / side as i32 + 1) as usize;
-        Tiles { side, margin, window, columns: count(x0, x1), rows: count(y0, y1) }
-    }
-
-    /// Number of tiles that hold pixels of the window.
-    pub fn len(&self) -> usize {
-        self.columns * self.rows
-    }
-
-    /// The window's pixels in a tile.
-    pub fn interior(&self, tile: usize) -> Region {
-        let side = self.side as i32;
-        let column = self.window.x0 / side + (tile % self.columns) as i32;
-        let row = self.window.y0 / side + (tile / self.columns) as i32;
-        Region::new(
-            (column * side).max(self.window.x0),
-            ((column + 1) * side).min(self.window.x1),
-            (row * side).max(self.window.y0),
-            ((row + 1) * side).min(self.window.y1),
-        )
-    }
-
-    /// The pixels whose samples those of `interior` read.
-    pub fn sample_region(&self, interior: Region) -> Region {
-        let [mx, my] = self.margin;
-        Region::new(interior.x0 - mx, interior.x1 + mx, interior.y0 - my, interior.y1 + my)
-    }
-
-    /// Columns and rows of tiles whose sample regions meet a box of pixels (inclusive).
-    fn range(&self, pixels: [i32; 4]) -> [std::ops::Range<usize>; 2] {
-        let side = self.side as i32;
-        let along = |from: i32, to: i32, margin: i32, first_px: i32, last_px: i32| {
-            let first_tile = first_px / side;
-            let clamp = |px: i32| (px.clamp(first_px, last_px) / side - first_tile) as usize;
-            let (from, to) = (from.saturating_sub(margin), to.saturating_add(margin));
-            if to < first_px || from > last_px { 0..0 } else { clamp(from)..clamp(to) + 1 }
-        };
-        [
-            along(pixels[0], pixels[1], self.margin[0], self.window.x0, self.window.x1 - 1),
-            along(pixels[2], pixels[3], self.margin[1], self.window.y0, self.window.y1 - 1),
-        ]
-    }
-
-    /// Tiles in which something that is bounded may be seen.
-    fn touched(&self, bounds: &Bound) -> impl Iterator<Item = usize> {
-        let [columns, rows] = self.range(bounds.pixels);
-        let all = rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column));
-        all.filter(move |&tile| {
-            let Region { x0, x1, y0, y1 } = self.sample_region(self.interior(tile));
-            let rectangle = [x0, x1, y0, y1].map(|px| px as f32);
-            bounds.sweep.meets(rectangle).is_some()
-        })
-    }
-}
-
 /// How finely a primitive is diced.
 fn fineness(primitive: &Primitive, settings: &Settings) -> Fineness {
     let attributes = &primitive.attributes;
@@ -500,14 +372,4 @@ fn shutter_shape(scene: &Scene) -> ShutterShape {
         [0.0, 1.0] => ShutterShape::Box,
         [open, close] => ShutterShape::Trapezoid { open, close },
     }
-}
-
-/// Largest multiple of K, at least 8 pixels, at most 64, whose records and colours fit the cache.
-fn default_side(samples_per_pixel: u32, k: u32) -> u32 {
-    let bytes_per_pixel = u64::from(samples_per_pixel) * 40;
-    let mut side = 64;
-    while side > 8 && u64::from(side * side) * bytes_per_pixel > 4 * TILE_BYTES {
-        side /= 2;
-    }
-    (side / k).max(1) * k
 }

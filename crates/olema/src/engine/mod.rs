@@ -5,10 +5,12 @@
 
 mod bench;
 mod cache;
+mod filed;
 mod frame;
 mod output;
 mod queue;
 mod tile;
+mod tiles;
 
 pub use bench::{Bench, grids};
 

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use crate::pipeline::Piece;
 use crate::pipeline::bound::Bound;
 
-use super::frame::{Entry, Source};
+use super::filed::{Entry, Source};
 
 /// Pieces that wait in order of depth. Where there are more, new ones are taken first, so that the queue grows no longer
 /// than one is deep: pictures do not depend on the order.

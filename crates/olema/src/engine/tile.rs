@@ -10,8 +10,9 @@ use crate::pipeline::dice::dice;
 use crate::pipeline::displace::Corrections;
 use crate::pipeline::piece::{Piece, PieceKind};
 use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, composite_pass, filter_pixels};
-use crate::pipeline::sample::{GridSlots, TileBuffers, UsedVertices};
+use crate::pipeline::sample::TileBuffers;
 use crate::pipeline::shade::{Colors, ShadedCount, ShadedGrid};
+use crate::pipeline::slots::{GridSlots, UsedVertices};
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::pipeline::sweep::Sweep;
 use crate::pipeline::workspace::Workspace;
@@ -22,7 +23,8 @@ use crate::settings::Shade;
 use crate::stats::{Occlusion, OcclusionAt, Stats};
 
 use super::cache::{GridCache, Lookup};
-use super::frame::{Filed, FrameData, MOST_AT_EYE, Source, count_unseen, weight_at_eye};
+use super::filed::{Filed, Source};
+use super::frame::{FrameData, MOST_AT_EYE, count_unseen, weight_at_eye};
 use super::queue::{Queue, Work};
 use super::{Hooks, Stopwatch};
 

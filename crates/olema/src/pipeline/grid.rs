@@ -177,3 +177,9 @@ impl Grid {
         self.key.cmp(&other.key).then(a.cmp(&b))
     }
 }
+
+/// The two triangles of a micropolygon, as vertices of its grid.
+pub fn triangles(grid: &Grid, micropolygon: usize) -> [[usize; 3]; 2] {
+    let [v0, v1, v2, v3] = grid.corners(micropolygon);
+    [[v0, v1, v2], [v0, v2, v3]]
+}

@@ -31,6 +31,7 @@ pub mod resolve;
 mod resolve_lanes;
 pub mod sample;
 pub mod shade;
+pub mod slots;
 pub mod split;
 mod surface_lists;
 pub mod sweep;

@@ -10,8 +10,8 @@ use crate::sampling::inside::{barycentric, triangle_hit};
 use crate::sampling::{Kernels, Payload, Region, RegionSamples, SamplePattern};
 use crate::scene::ShadingInterpolation;
 
-use super::grid::Grid;
-use super::sample::{DrawContext, TileBuffers, triangles};
+use super::grid::{Grid, triangles};
+use super::sample::{DrawContext, TileBuffers};
 use super::shade::Colors;
 
 /// Colour (multiplied by opacity), transmittance per channel.

@@ -9,9 +9,9 @@ use crate::math::simd::{LANES, LanesKernel, SimdLevel};
 use crate::sampling::Payload;
 use crate::scene::ShadingInterpolation;
 
-use super::grid::Grid;
+use super::grid::{Grid, triangles};
 use super::resolve::{SampleColor, composite_one, flat, opacity};
-use super::sample::{DrawContext, TileBuffers, triangles};
+use super::sample::{DrawContext, TileBuffers};
 use super::shade::Colors;
 
 /// Farthest that a vertex may be from the first pixel of 16 samples, in 1/256 px, circle of confusion included.

@@ -22,6 +22,11 @@ pub fn draw(scene: &Scene, settings: &Settings) -> Result<Image, olema::Error> {
     Ok(Renderer::new(settings.clone())?.render(scene, &Hooks::default())?.image)
 }
 
+/// All numbers of a picture, bit for bit.
+pub fn bits(image: &Image) -> Vec<u32> {
+    image.channels.iter().flat_map(|c| c.values.iter().map(|v| v.to_bits())).collect()
+}
+
 /// Compares `image`, written as a PNG without dither, with the golden of that name.
 ///
 /// # Errors

@@ -4,6 +4,7 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use conformance::blur::{Stage, alpha, boxed, over_pixel};
+use conformance::goldens::bits;
 use conformance::moving::{defocused, moving};
 use conformance::scenes::{self, small};
 use glam::{DMat4, DVec3};
@@ -15,10 +16,6 @@ use olema_formats::rib::{ReadOptions, RibReader};
 fn draw(scene: &Scene, settings: &Settings) -> Image {
     let renderer = Renderer::new(settings.clone()).expect("valid settings");
     renderer.render(scene, &Hooks::default()).expect("a picture").image
-}
-
-fn bits(image: &Image) -> Vec<u32> {
-    image.channels.iter().flat_map(|c| c.values.iter().map(|v| v.to_bits())).collect()
 }
 
 /// A square of 8 px with its corner at (x, y), with a motion and a lens.

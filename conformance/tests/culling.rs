@@ -4,20 +4,17 @@ use std::sync::Arc;
 
 use conformance::closed::crack_scene;
 use conformance::closed_moving::moving_crack_scene;
+use conformance::goldens::bits;
 use conformance::moving::{blurred, defocused, driven};
 use conformance::occlusion_scenes::{army, city, sticks};
 use conformance::scenes::{self, small};
 use olema::occlusion::{CullKind, CullOrder, CullPlaces, CullSettings};
 use olema::scene::Attributes;
 use olema::settings::Shade;
-use olema::{Frame, Hooks, Image, Renderer, Scene, Settings};
+use olema::{Frame, Hooks, Renderer, Scene, Settings};
 
 fn draw(scene: &Scene, settings: &Settings) -> Frame {
     Renderer::new(settings.clone()).expect("valid").render(scene, &Hooks::default()).expect("a picture")
-}
-
-fn bits(image: &Image) -> Vec<u32> {
-    image.channels.iter().flat_map(|c| c.values.iter().map(|v| v.to_bits())).collect()
 }
 
 fn cull(kind: CullKind, at: &str, leaf_px: u32, slices: u32, order: CullOrder) -> CullSettings {

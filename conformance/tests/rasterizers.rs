@@ -11,7 +11,7 @@ fn draw(scene: &Scene, settings: &Settings) -> Frame {
 }
 
 fn bits(frame: &Frame) -> Vec<u32> {
-    frame.image.channels.iter().flat_map(|c| c.values.iter().map(|v| v.to_bits())).collect()
+    conformance::goldens::bits(&frame.image)
 }
 
 const BLURRED: [Rasterizer; 3] = [Rasterizer::Interval, Rasterizer::InterleaveUvt, Rasterizer::BoundingBox];

@@ -1,5 +1,6 @@
 //! Settings that must not matter do not matter, bit for bit.
 
+use conformance::goldens::bits;
 use conformance::scenes::{self, small};
 use olema::settings::Memory;
 use olema::{Hooks, Image, Renderer, Scene, Settings};
@@ -10,10 +11,6 @@ fn draw(scene: &Scene, settings: &Settings) -> Image {
         .render(scene, &Hooks::default())
         .expect("a picture")
         .image
-}
-
-fn bits(image: &Image) -> Vec<u32> {
-    image.channels.iter().flat_map(|c| c.values.iter().map(|v| v.to_bits())).collect()
 }
 
 /// Settings that change speed, memory and order only: a pairwise covering set.

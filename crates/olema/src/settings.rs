@@ -8,6 +8,7 @@ use std::str::FromStr;
 use crate::error::Error;
 use crate::image::Filter;
 use crate::occlusion::CullSettings;
+use crate::occlusion::settings::{by_word, word_of};
 use crate::sampling::Rasterizer;
 
 pub use memory::Memory;
@@ -31,7 +32,7 @@ impl Shade {
 
 impl fmt::Display for Shade {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(Self::WORDS.iter().find(|(_, shade)| shade == self).map_or("", |(word, _)| *word))
+        f.pad(word_of(&Self::WORDS, self))
     }
 }
 
@@ -39,8 +40,7 @@ impl FromStr for Shade {
     type Err = String;
 
     fn from_str(s: &str) -> Result<Self, String> {
-        let found = Self::WORDS.iter().find(|(word, _)| *word == s);
-        found.map(|(_, shade)| *shade).ok_or_else(|| "expected visible, all or gelato".to_owned())
+        by_word(&Self::WORDS, s).ok_or_else(|| "expected visible, all or gelato".to_owned())
     }
 }
 

@@ -14,7 +14,7 @@ use crate::pipeline::sample::TileBuffers;
 use crate::pipeline::shade::{Colors, ShadedCount, ShadedGrid};
 use crate::pipeline::slots::{GridSlots, UsedVertices};
 use crate::pipeline::split::{Fate, SplitContext};
-use crate::pipeline::sweep::Sweep;
+use crate::pipeline::sweep::{Sweep, to_pixels};
 use crate::pipeline::workspace::Workspace;
 use crate::pipeline::{Grid, GridKey};
 use crate::sampling::nomotion::SampleCounts;
@@ -295,7 +295,7 @@ impl<'a> TileWorker<'a> {
         self.stats.seconds.sample += watch.seconds();
         let Some(slot) = drawn.map_err(|_| Stop::SlotsFull)? else { return Ok(()) };
         if let Some(occluders) = &mut self.occluders {
-            occluders.drew(grid.grid.sweep.whole().map(|px| px.floor().clamp(-2e9, 2e9) as i32));
+            occluders.drew(to_pixels(grid.grid.sweep.whole()));
         }
         if way == Shade::Gelato && grid.surely_opaque {
             let colors = self.shade_all(&grid);

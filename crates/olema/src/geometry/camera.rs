@@ -130,9 +130,8 @@ impl RasterCamera {
 
     /// Largest radius of the circles of confusion between two depths, in pixels, as far as these are above 0.
     pub fn greatest_coc_px(&self, depth: [f32; 2]) -> f32 {
-        // The radius is monotone in the depth.
-        let of = |lens: RasterLens| depth.map(|z| lens.coc_px(z.max(f32::MIN_POSITIVE)).abs());
-        self.lens.map_or(0.0, |lens| of(lens)[0].max(of(lens)[1]))
+        let [least, most] = self.coc_range_px(depth);
+        least.abs().max(most.abs())
     }
 
     /// Least and greatest signed radius of the circles of confusion between two depths, in pixels, as far as these are

@@ -176,11 +176,13 @@ impl CullSettings {
     }
 }
 
-fn by_word<T: Copy>(words: &[(&str, T)], s: &str) -> Option<T> {
+/// The value of a word.
+pub(crate) fn by_word<T: Copy>(words: &[(&str, T)], s: &str) -> Option<T> {
     words.iter().find(|(word, _)| *word == s).map(|(_, value)| *value)
 }
 
-fn word_of<T: PartialEq>(words: &[(&'static str, T)], value: &T) -> &'static str {
+/// The word of a value.
+pub(crate) fn word_of<T: PartialEq>(words: &[(&'static str, T)], value: &T) -> &'static str {
     words.iter().find(|(_, v)| v == value).map_or("", |(word, _)| *word)
 }
 

@@ -12,7 +12,7 @@ use crate::sampling::Region;
 
 use super::piece::{Piece, uv_box};
 use super::split::SplitContext;
-use super::sweep::{KeyExtent, Sweep, TimeRange, grown, sweep};
+use super::sweep::{KeyExtent, Sweep, TimeRange, grown, sweep, to_pixels};
 
 /// Where a piece can be.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,7 +134,7 @@ impl<'a> Hull<'a> {
         // What passes the near plane is bounded by its box in camera space, which holds the slack already.
         let sweep = sweep(self.camera, keys, key_times, 0.01);
         let Region { x0, x1, y0, y1 } = *self.region;
-        let whole = sweep.whole().map(|px| px.floor().clamp(-2e9, 2e9) as i32);
+        let whole = to_pixels(sweep.whole());
         if whole[0] >= x1 || whole[1] < x0 || whole[2] >= y1 || whole[3] < y0 {
             return Err(Unseen::Frustum);
         }

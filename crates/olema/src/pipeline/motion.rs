@@ -202,8 +202,6 @@ struct Paths<'a> {
     scene: &'a Scene,
     camera: &'a RasterCamera,
     primitive: &'a Primitive,
-    /// The frame in pixels.
-    frame: [f32; 2],
     tolerance_px: f32,
 }
 
@@ -229,8 +227,7 @@ impl<'a> Paths<'a> {
         settings: &Settings,
         primitive: &'a Primitive,
     ) -> Self {
-        let frame = settings.resolution.map(|size| size as f32);
-        Paths { scene, camera, primitive, frame, tolerance_px: settings.motion_tolerance_px }
+        Paths { scene, camera, primitive, tolerance_px: settings.motion_tolerance_px }
     }
 
     /// Times with more between them where paths are curved, and the greatest error that is left.
@@ -265,7 +262,7 @@ impl<'a> Paths<'a> {
         for ((from, place), to) in from.places.iter().zip(&middle.places).zip(&to.places) {
             let (Some(from), Some(place), Some(to)) = (from, place, to) else { continue };
             let matters = (0..2).all(|c| {
-                let size = self.frame[c];
+                let size = self.camera.frame_px[c];
                 place[c] + place[2].abs() >= -size && place[c] - place[2].abs() <= 2.0 * size
             });
             if matters {
@@ -282,7 +279,7 @@ impl<'a> Paths<'a> {
         let [x0, x1, y0, y1] = middle.bounds;
         let mut most = 0.0f32;
         for [a, b] in (0..9).map(|ix| [ix % 3, ix / 3].map(|step| step as f32 * 0.5)) {
-            let at = [a * self.frame[0], b * self.frame[1]];
+            let at = [a * self.camera.frame_px[0], b * self.camera.frame_px[1]];
             if !((x0..=x1).contains(&at[0]) && (y0..=y1).contains(&at[1])) {
                 continue;
             }

@@ -134,11 +134,9 @@ impl ShadedGrid {
     pub fn new(diced: Diced, shader: &dyn SurfaceShader) -> Self {
         let Diced { grid, points } = diced;
         let keeps = shader.traits().opacity == OpacityUse::Keeps;
-        let is_one = |values: &Vec<f32>| values.iter().all(|&o| o >= 1.0);
-        let opaque = [&points.os.x, &points.os.y, &points.os.z].into_iter().all(is_one);
         let zeros = Vec3s::splat(Vec3::ZERO, grid.num_vertices());
         let colors = Arc::new(Colors { color: zeros, opacity: Vec3s::default() });
-        let surely_opaque = grid.look.matte || keeps && opaque;
+        let surely_opaque = grid.look.matte || keeps && is_opaque(&points.os);
         let points = (!grid.look.matte).then_some(points);
         let shading = Shading { points, colors, shaded: VertexSet::default(), seen: VertexSet::default() };
         ShadedGrid { grid, surely_opaque, shading: Mutex::new(shading) }
@@ -153,9 +151,7 @@ impl ShadedGrid {
             count.points = vertices.len() as u64;
             let mut shaded = self.blank();
             shader.surface.shade(&points, &vertices, shader.lights, &mut shaded);
-            let is_one = |values: &Vec<f32>| values.iter().all(|&o| o >= 1.0);
-            let opaque = [&shaded.oi.x, &shaded.oi.y, &shaded.oi.z].into_iter().all(is_one);
-            let opacity = if opaque { Vec3s::default() } else { shaded.oi };
+            let opacity = if is_opaque(&shaded.oi) { Vec3s::default() } else { shaded.oi };
             shading.colors = Arc::new(Colors { color: shaded.ci, opacity });
         }
         (Arc::clone(&shading.colors), count)
@@ -200,4 +196,9 @@ impl ShadedGrid {
         let of = |value| Vec3s::splat(value, self.grid.num_vertices());
         ShadedPoints { ci: of(Vec3::ZERO), oi: of(Vec3::ONE) }
     }
+}
+
+/// Whether all channels of all opacities are 1.
+fn is_opaque(opacity: &Vec3s) -> bool {
+    [&opacity.x, &opacity.y, &opacity.z].into_iter().all(|values| values.iter().all(|&o| o >= 1.0))
 }

@@ -72,80 +72,36 @@ impl Surfaces<'_> {
     }
 }
 
+/// Calls `$run` with a function of (u, v) of each kind of surface: the loops are compiled apart for each.
+macro_rules! run_on {
+    ($run:path, $function:ident, $surface:expr, $level:expr, $uv:expr, $range:expr, $out:expr) => {
+        match $surface {
+            Surface::Bilinear(s) => run_on!(@ $run, $function, s, $level, $uv, $range, $out),
+            Surface::RationalBilinear(s) => run_on!(@ $run, $function, s, $level, $uv, $range, $out),
+            Surface::Bicubic(s) => run_on!(@ $run, $function, s, $level, $uv, $range, $out),
+            Surface::RationalBicubic(s) => run_on!(@ $run, $function, s, $level, $uv, $range, $out),
+        }
+    };
+    (@ $run:path, $function:ident, $s:ident, $level:expr, $uv:expr, $range:expr, $out:expr) => {
+        $run(
+            $level,
+            $uv,
+            $range,
+            $out,
+            #[inline(always)]
+            |u, v| $s.$function(u, v),
+        )
+    };
+}
+
 impl Surface {
     /// See [`Surfaces::evaluate_list`].
     fn evaluate_list(&self, level: SimdLevel, uv: [&[f32]; 2], range: Range<usize>, out: &mut SurfacePoints) {
-        match self {
-            Surface::Bilinear(s) => lanes::evaluate(
-                level,
-                uv,
-                range,
-                out,
-                #[inline(always)]
-                |u, v| s.evaluate(u, v),
-            ),
-            Surface::RationalBilinear(s) => lanes::evaluate(
-                level,
-                uv,
-                range,
-                out,
-                #[inline(always)]
-                |u, v| s.evaluate(u, v),
-            ),
-            Surface::Bicubic(s) => lanes::evaluate(
-                level,
-                uv,
-                range,
-                out,
-                #[inline(always)]
-                |u, v| s.evaluate(u, v),
-            ),
-            Surface::RationalBicubic(s) => lanes::evaluate(
-                level,
-                uv,
-                range,
-                out,
-                #[inline(always)]
-                |u, v| s.evaluate(u, v),
-            ),
-        }
+        run_on!(lanes::evaluate, evaluate, self, level, uv, range, out);
     }
 
     /// See [`Surfaces::list_positions`].
     fn positions(&self, level: SimdLevel, uv: [&[f32]; 2], range: Range<usize>, out: &mut Vec3s) {
-        match self {
-            Surface::Bilinear(s) => lanes::positions(
-                level,
-                uv,
-                range,
-                out,
-                #[inline(always)]
-                |u, v| s.position(u, v),
-            ),
-            Surface::RationalBilinear(s) => lanes::positions(
-                level,
-                uv,
-                range,
-                out,
-                #[inline(always)]
-                |u, v| s.position(u, v),
-            ),
-            Surface::Bicubic(s) => lanes::positions(
-                level,
-                uv,
-                range,
-                out,
-                #[inline(always)]
-                |u, v| s.position(u, v),
-            ),
-            Surface::RationalBicubic(s) => lanes::positions(
-                level,
-                uv,
-                range,
-                out,
-                #[inline(always)]
-                |u, v| s.position(u, v),
-            ),
-        }
+        run_on!(lanes::positions, position, self, level, uv, range, out);
     }
 }

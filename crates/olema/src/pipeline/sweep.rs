@@ -105,7 +105,7 @@ impl Sweep {
                 near = near.min(extent.near - extent.near.abs() * ROUNDING_DEPTH);
             }
         }
-        Bounds { pixels: pixels.map(|px| px.floor().clamp(-2e9, 2e9) as i32), near, still }
+        Bounds { pixels: to_pixels(pixels), near, still }
     }
 
     /// Adds what moves on straight lines in camera space, not on the raster: what passes the near plane.
@@ -154,6 +154,11 @@ impl Sweep {
 
 /// A box that holds nothing.
 pub(super) const NOWHERE: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
+
+/// The pixels that a box touches, `[x0, x1, y0, y1]`, inclusive.
+pub fn to_pixels(b: [f32; 4]) -> [i32; 4] {
+    b.map(|px| px.floor().clamp(-2e9, 2e9) as i32)
+}
 
 /// The box that holds both.
 pub(super) fn union(a: &[f32; 4], b: &[f32; 4]) -> [f32; 4] {

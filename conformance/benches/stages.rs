@@ -4,6 +4,7 @@
 use conformance::scenes::teapot;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use olema::engine::Bench;
+use olema::sampling::Kernels;
 use olema::{Hooks, Renderer, Settings};
 
 fn settings() -> Settings {
@@ -30,8 +31,8 @@ fn stages(c: &mut Criterion) {
     let grids = bench.shade(bench.dice(&pieces));
     let micropolygons = grids.iter().map(|(g, _)| g.grid.num_micropolygons() as u64).sum();
     group.throughput(Throughput::Elements(micropolygons));
-    group.bench_function("sample", |b| b.iter(|| bench.sample(&grids)));
-    let buffers = bench.sample(&grids).expect("few enough grids");
+    group.bench_function("sample", |b| b.iter(|| bench.sample(&grids, Kernels::default())));
+    let buffers = bench.sample(&grids, Kernels::default()).expect("few enough grids");
     group.throughput(Throughput::Elements(640 * 480));
     group.bench_function("resolve", |b| b.iter(|| bench.resolve(&buffers)));
     group.finish();

@@ -10,6 +10,7 @@ use olema::pipeline::piece::{PieceKind, Sabotage};
 use olema::pipeline::sample::DrawContext;
 use olema::pipeline::{Grid, Piece};
 use olema::sampling::inside::edge;
+use olema::sampling::inside::{HitPoint, Weights};
 use olema::sampling::moving::Extent;
 use olema::sampling::nomotion::{Facing, HitSink, SampleCounts};
 use olema::sampling::{Kernels, Micropolygons, MovingDraw, Rasterizer, Region, RegionSamples};
@@ -130,7 +131,7 @@ struct SignedCounts {
 }
 
 impl HitSink for SignedCounts {
-    fn hit(&mut self, sample_ix: usize, _depth: f32, _triangle: u8, sign: i8) {
+    fn hit(&mut self, sample_ix: usize, _point: HitPoint, _triangle: u8, sign: i8) {
         self.sum[sample_ix] += i32::from(sign);
         self.hits[sample_ix] += 1;
     }
@@ -242,6 +243,6 @@ fn count_inclusive([a, b, c]: [[i32; 2]; 3], ix: usize, samples: &RegionSamples,
     let w = [edge(b, c, s), edge(c, a, s), edge(a, b, s)];
     let sign = w.iter().sum::<i64>().signum();
     if sign != 0 && w.iter().all(|w| w * sign >= 0) {
-        counts.hit(ix, 0.0, 0, sign as i8);
+        counts.hit(ix, HitPoint { depth: 0.0, weights: Weights(0) }, 0, sign as i8);
     }
 }

@@ -17,6 +17,7 @@ use conformance::creature::tube;
 use olema::pipeline::Grid;
 use olema::pipeline::piece::Sabotage;
 use olema::pipeline::shade::Colors;
+use olema::sampling::inside::HitPoint;
 use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};
 use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
 use olema::scene::Attributes;
@@ -174,8 +175,8 @@ impl HitSink for Sink<'_> {
         self.canvas.color = self.colors.color.get(self.grid.corners(micropolygon as usize)[0]).to_array();
     }
 
-    fn hit(&mut self, sample_ix: usize, depth: f32, _triangle: u8, _sign: i8) {
-        self.canvas.put(sample_ix, depth);
+    fn hit(&mut self, sample_ix: usize, point: HitPoint, _triangle: u8, _sign: i8) {
+        self.canvas.put(sample_ix, point.depth);
     }
 }
 

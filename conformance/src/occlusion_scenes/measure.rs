@@ -5,6 +5,7 @@
 use glam::{DMat4, DVec3, Vec3};
 use olema::engine::grids;
 use olema::geometry::RasterCamera;
+use olema::sampling::inside::HitPoint;
 use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};
 use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
 use olema::scene::{Geometry, Points, Primitive};
@@ -31,7 +32,7 @@ pub struct Measured {
 struct Hits(Vec<u32>);
 
 impl HitSink for Hits {
-    fn hit(&mut self, sample_ix: usize, _depth: f32, _triangle: u8, _sign: i8) {
+    fn hit(&mut self, sample_ix: usize, _point: HitPoint, _triangle: u8, _sign: i8) {
         self.0[sample_ix] += 1;
     }
 }

@@ -9,10 +9,11 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use olema::math::lanes::Lanes;
 use olema::math::simd::SimdLevel;
-use olema::sampling::nomotion::{Facing, HitSink, SampleCounts};
+use olema::sampling::inside::HitPoint;
+use olema::sampling::nomotion::{Facing, HitPoints, HitSink, SampleCounts};
 use olema::sampling::{
-    Kernels, Micropolygons, MovingDraw, MovingGrid, PatternSpec, Payload, Rasterizer, Region, RegionSamples,
-    SampleBuffer, SamplePattern, TupleTimes,
+    Kernels, Micropolygons, MovingDraw, MovingGrid, PatternSpec, Payload, Rasterizer, Record, Region,
+    RegionSamples, SampleBuffer, SamplePattern, TupleTimes,
 };
 
 const SIDE: usize = 16;
@@ -28,16 +29,25 @@ impl HitSink for Opaque<'_> {
         self.micropolygon = micropolygon;
     }
 
-    fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, _sign: i8) {
+    fn hit(&mut self, sample_ix: usize, point: HitPoint, triangle: u8, _sign: i8) {
         let payload = Payload::new(0, self.micropolygon, triangle);
-        self.buffer.offer(sample_ix, depth, payload, &|a: Payload, b: Payload| -> Ordering { a.0.cmp(&b.0) });
+        self.buffer.offer(sample_ix, Record::new(point, payload), &|a: Payload, b: Payload| -> Ordering {
+            a.0.cmp(&b.0)
+        });
     }
 
     #[inline(always)]
-    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, _negative: u32) {
+    fn hits<L: Lanes>(
+        &mut self,
+        lanes: L,
+        first: usize,
+        hits: [u32; 2],
+        points: HitPoints<L>,
+        _negative: u32,
+    ) {
         let payloads = [0, 1].map(|triangle| Payload::new(0, self.micropolygon, triangle));
         let order = |a: Payload, b: Payload| -> Ordering { a.0.cmp(&b.0) };
-        self.buffer.offer_lanes(lanes, first, hits, depth, payloads, &order);
+        self.buffer.offer_lanes(lanes, first, hits, points, payloads, &order);
     }
 }
 

@@ -7,8 +7,9 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use olema::occlusion::{Blurred, Bounds, CullKind, CullPlan, CullSettings, DepthReads, Occluders};
+use olema::sampling::inside::Weights;
 use olema::sampling::pattern::StratumBounds;
-use olema::sampling::{PatternSpec, Payload, Region, RegionSamples, SampleBuffer, SamplePattern};
+use olema::sampling::{PatternSpec, Payload, Record, Region, RegionSamples, SampleBuffer, SamplePattern};
 
 /// A tile all of whose samples were hit at depth `100 + sample % 8`.
 struct Tile {
@@ -51,7 +52,8 @@ impl Tile {
 }
 
 fn offer(buffer: &mut SampleBuffer, ix: usize, depth: f32) {
-    buffer.offer(ix, depth, Payload::new(0, 0, 0), &|_, _| std::cmp::Ordering::Equal);
+    let hit = Record { depth, payload: Payload::new(0, 0, 0), weights: Weights(0) };
+    buffer.offer(ix, hit, &|_, _| std::cmp::Ordering::Equal);
 }
 
 const KINDS: [(&str, CullKind, u32, u32); 6] = [

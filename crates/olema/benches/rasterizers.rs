@@ -8,6 +8,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use olema::sampling::inside::HitPoint;
 use olema::sampling::nomotion::{Facing, HitSink, SampleCounts};
 use olema::sampling::{
     Kernels, Micropolygons, MovingDraw, MovingGrid, PatternSpec, Rasterizer, Region, RegionSamples,
@@ -20,9 +21,9 @@ const SIDE: usize = 16;
 struct Depths(Vec<f32>);
 
 impl HitSink for Depths {
-    fn hit(&mut self, sample_ix: usize, depth: f32, _triangle: u8, _sign: i8) {
+    fn hit(&mut self, sample_ix: usize, point: HitPoint, _triangle: u8, _sign: i8) {
         let nearest = &mut self.0[sample_ix];
-        *nearest = nearest.min(depth);
+        *nearest = nearest.min(point.depth);
     }
 }
 

@@ -5,8 +5,9 @@ use std::cmp::Ordering;
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use olema::sampling::inside::HitPoint;
 use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};
-use olema::sampling::{PatternSpec, Payload, Region, RegionSamples, SampleBuffer, SamplePattern};
+use olema::sampling::{PatternSpec, Payload, Record, Region, RegionSamples, SampleBuffer, SamplePattern};
 
 /// Opaque hits of one grid into a buffer.
 struct Opaque<'a> {
@@ -19,9 +20,11 @@ impl HitSink for Opaque<'_> {
         self.micropolygon = micropolygon;
     }
 
-    fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, _sign: i8) {
+    fn hit(&mut self, sample_ix: usize, point: HitPoint, triangle: u8, _sign: i8) {
         let payload = Payload::new(0, self.micropolygon, triangle);
-        self.buffer.offer(sample_ix, depth, payload, &|a: Payload, b: Payload| -> Ordering { a.0.cmp(&b.0) });
+        self.buffer.offer(sample_ix, Record::new(point, payload), &|a: Payload, b: Payload| -> Ordering {
+            a.0.cmp(&b.0)
+        });
     }
 }
 

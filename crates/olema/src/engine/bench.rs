@@ -8,7 +8,7 @@ use crate::pipeline::Grid;
 use crate::pipeline::bound::{Bound, bound};
 use crate::pipeline::dice::{Diced, dice};
 use crate::pipeline::piece::{Piece, Sabotage};
-use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, filter_pixels};
+use crate::pipeline::resolve::{Pixel, SampleColors};
 use crate::pipeline::sample::{DrawContext, TileBuffers};
 use crate::pipeline::shade::{Colors, ShadedGrid};
 use crate::pipeline::slots::{GridSlots, SlotsFull, UsedVertices};
@@ -98,7 +98,11 @@ impl<'a> Bench<'a> {
     ///
     /// # Errors
     /// [`SlotsFull`] where there are more grids than a tile can name.
-    pub fn sample(&self, grids: &[(Arc<ShadedGrid>, Arc<Colors>)]) -> Result<TileBuffers, SlotsFull> {
+    pub fn sample(
+        &self,
+        grids: &[(Arc<ShadedGrid>, Arc<Colors>)],
+        kernels: Kernels,
+    ) -> Result<TileBuffers, SlotsFull> {
         let frame = &self.frame;
         let region = frame.tiles.sample_region(frame.tiles.window);
         let mut buffers = TileBuffers {
@@ -109,30 +113,20 @@ impl<'a> Bench<'a> {
             used: UsedVertices::default(),
             counts: SampleCounts::default(),
         };
+        let context = DrawContext { kernels, ..frame.draw_context() };
         for (grid, colors) in grids {
-            buffers.draw(&frame.draw_context(), grid, Some(colors))?;
+            buffers.draw(&context, grid, Some(colors))?;
         }
         Ok(buffers)
-    }
-
-    /// Colours of the samples that `sample` drew, bit by bit.
-    pub fn composite(&self, buffers: &TileBuffers, kernels: Kernels) -> Vec<[u32; 7]> {
-        let mut colors = vec![SampleColor::EMPTY; buffers.samples.len()];
-        composite_opaque(&self.frame.draw_context(), buffers, kernels, &mut colors);
-        let bits = |s: &SampleColor| {
-            let ([r, g, b], [tr, tg, tb]) = (s.color, s.transmittance);
-            [r, g, b, tr, tg, tb, s.depth].map(f32::to_bits)
-        };
-        colors.iter().map(bits).collect()
     }
 
     /// Composites and filters what `sample` drew.
     pub fn resolve(&self, buffers: &TileBuffers) -> Vec<Pixel> {
         let frame = &self.frame;
-        let mut colors = vec![SampleColor::EMPTY; buffers.samples.len()];
-        composite_opaque(&frame.draw_context(), buffers, Kernels::default(), &mut colors);
+        let mut colors = SampleColors::default();
+        colors.composite_opaque(buffers);
         let mut pixels = Vec::new();
-        filter_pixels(&frame.filter, &buffers.samples, &colors, frame.tiles.window, &mut pixels);
+        colors.filter(&frame.filter, &buffers.samples, frame.tiles.window, &mut pixels);
         pixels
     }
 }

@@ -26,7 +26,7 @@ use crate::pipeline::shade::Shader;
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::pipeline::workspace::Workspace;
 use crate::pipeline::{EdgeTable, PatchTable};
-use crate::sampling::{LensShape, PatternSpec, Region, SamplePattern, ShutterShape, TupleTimes};
+use crate::sampling::{Kernels, LensShape, PatternSpec, Region, SamplePattern, ShutterShape, TupleTimes};
 use crate::scene::{Primitive, Scene};
 use crate::settings::Settings;
 use crate::shading::PlacedLight;
@@ -159,6 +159,7 @@ impl<'a> FrameData<'a> {
             pattern: &self.pattern,
             times: &self.times,
             rasterizer: self.settings.rasterizer,
+            kernels: Kernels::default(),
         }
     }
 

@@ -9,7 +9,7 @@ use crate::pipeline::bound::{Bound, bound};
 use crate::pipeline::dice::dice;
 use crate::pipeline::displace::Corrections;
 use crate::pipeline::piece::{Piece, PieceKind};
-use crate::pipeline::resolve::{Pixel, SampleColor, composite_opaque, composite_pass, filter_pixels};
+use crate::pipeline::resolve::{Pixel, SampleColors};
 use crate::pipeline::sample::TileBuffers;
 use crate::pipeline::shade::{Colors, ShadedCount, ShadedGrid};
 use crate::pipeline::slots::{GridSlots, UsedVertices};
@@ -18,7 +18,7 @@ use crate::pipeline::sweep::{Sweep, to_pixels};
 use crate::pipeline::workspace::Workspace;
 use crate::pipeline::{Grid, GridKey};
 use crate::sampling::nomotion::SampleCounts;
-use crate::sampling::{Kernels, Region, RegionSamples, SampleBuffer, TransparentRecords};
+use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
 use crate::settings::Shade;
 use crate::stats::{Occlusion, OcclusionAt, Stats};
 
@@ -48,7 +48,7 @@ pub(super) struct TileWorker<'a> {
     buffers: TileBuffers,
     /// What is known to be hidden; `None` where nobody asks.
     occluders: Option<Occluders>,
-    colors: Vec<SampleColor>,
+    colors: SampleColors,
     pub corrections: RefCell<Corrections>,
     workspace: RefCell<Workspace>,
     pub stats: Stats,
@@ -86,7 +86,7 @@ impl<'a> TileWorker<'a> {
             hooks,
             buffers,
             occluders: frame.cull.as_ref().map(Occluders::new),
-            colors: Vec::new(),
+            colors: SampleColors::default(),
             corrections: RefCell::default(),
             workspace: RefCell::default(),
             stats: Stats::default(),
@@ -122,7 +122,7 @@ impl<'a> TileWorker<'a> {
             Ok(()) => {
                 let watch = Stopwatch::new(self.hooks);
                 let mut pixels = Vec::with_capacity(interior.num_pixels());
-                filter_pixels(&self.frame.filter, &self.buffers.samples, &self.colors, interior, &mut pixels);
+                self.colors.filter(&self.frame.filter, &self.buffers.samples, interior, &mut pixels);
                 self.finish(&mut pixels);
                 self.stats.seconds.resolve += watch.seconds();
                 Ok(pixels)
@@ -164,13 +164,12 @@ impl<'a> TileWorker<'a> {
             *most = (*most).max(occluders.bytes() as u64);
         }
         self.buffers.counts = SampleCounts::default();
-        self.colors.clear();
-        self.colors.resize(self.buffers.samples.len(), SampleColor::EMPTY);
+        self.colors.renew();
         loop {
             self.buffers.transparent.begin_pass();
             self.pass(tile, region)?;
             let watch = Stopwatch::new(self.hooks);
-            composite_pass(&self.frame.draw_context(), &mut self.buffers, &mut self.colors);
+            self.colors.composite_pass(&mut self.buffers);
             self.stats.seconds.resolve += watch.seconds();
             if !self.buffers.transparent.needs_another_pass() {
                 break;
@@ -179,8 +178,7 @@ impl<'a> TileWorker<'a> {
         }
         self.shade_used();
         let watch = Stopwatch::new(self.hooks);
-        let kernels = Kernels::default();
-        composite_opaque(&self.frame.draw_context(), &self.buffers, kernels, &mut self.colors);
+        self.colors.composite_opaque(&self.buffers);
         self.stats.seconds.resolve += watch.seconds();
         let counts = self.buffers.counts;
         self.stats.sample_tests += counts.tests;

@@ -109,6 +109,8 @@ pub trait Lanes: Copy {
     fn store_f(self, v: Self::F, values: &mut [f32], at: usize);
     /// Rounded to nearest even.
     fn to_f(self, a: Self::I) -> Self::F;
+    /// Towards 0; of any value where the result is outside of -2^31..2^31.
+    fn truncated(self, a: Self::F) -> Self::I;
     /// a + b.
     fn add_f(self, a: Self::F, b: Self::F) -> Self::F;
     /// a - b.
@@ -286,6 +288,10 @@ impl<S: Simd> Lanes for S {
     #[inline(always)]
     fn to_f(self, a: Self::I) -> Self::F {
         a.to_float()
+    }
+    #[inline(always)]
+    fn truncated(self, a: Self::F) -> Self::I {
+        a.to_int()
     }
     #[inline(always)]
     fn add_f(self, a: Self::F, b: Self::F) -> Self::F {

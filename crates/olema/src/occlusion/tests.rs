@@ -6,9 +6,10 @@ use proptest::prelude::*;
 
 use super::pyramid::NodeKind;
 use super::*;
+use crate::sampling::inside::Weights;
 use crate::sampling::pattern::StratumBounds;
 use crate::sampling::{
-    PatternSpec, Payload, Region, RegionSamples, SampleBuffer, SamplePattern, Tuple, hash::Stream,
+    PatternSpec, Payload, Record, Region, RegionSamples, SampleBuffer, SamplePattern, Tuple, hash::Stream,
 };
 
 /// A box that moves, comes nearer or goes away, and is out of focus: all linear, in whole numbers.
@@ -82,7 +83,8 @@ impl Tile {
     }
 
     fn offer(&mut self, sample_ix: usize, depth: f32) {
-        self.buffer.offer(sample_ix, depth, Payload::new(1, 0, 0), &|_, _| std::cmp::Ordering::Equal);
+        let hit = Record { depth, payload: Payload::new(1, 0, 0), weights: Weights(0) };
+        self.buffer.offer(sample_ix, hit, &|_, _| std::cmp::Ordering::Equal);
     }
 
     /// Writes every record again, so that all are marked.

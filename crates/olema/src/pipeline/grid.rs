@@ -161,8 +161,8 @@ impl Grid {
     /// Vertices v0, v1, v2, v3 of a micropolygon.
     #[inline(always)]
     pub fn corners(&self, micropolygon: usize) -> [usize; 4] {
-        let m = self.m as usize;
-        let v0 = (micropolygon / m) * (m + 1) + micropolygon % m;
+        // Before it are a vertex for each micropolygon, and one more for each row.
+        let (m, v0) = (self.m as usize, micropolygon + (micropolygon as u32 / self.m) as usize);
         [v0, v0 + 1, v0 + m + 2, v0 + m + 1]
     }
 
@@ -179,6 +179,7 @@ impl Grid {
 }
 
 /// The two triangles of a micropolygon, as vertices of its grid.
+#[inline(always)]
 pub fn triangles(grid: &Grid, micropolygon: usize) -> [[usize; 3]; 2] {
     let [v0, v1, v2, v3] = grid.corners(micropolygon);
     [[v0, v1, v2], [v0, v2, v3]]

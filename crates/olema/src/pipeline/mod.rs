@@ -28,7 +28,6 @@ pub mod primvar;
 pub mod rate;
 pub mod recall;
 pub mod resolve;
-mod resolve_lanes;
 pub mod sample;
 pub mod shade;
 pub mod slots;

@@ -1,38 +1,36 @@
 //! Resolve: visibility records become pixels.
 //!
 //! In: a tile's buffers. Out: colour and alpha of each sample (opaque and transparent records composited in
-//! depth order), then filtered pixels. Every sum runs over rows, columns and samples in this order, whatever
-//! the tile, so that a pixel has the same bits in every tiling. Opaque surfaces are composited in lanes by the twin
-//! `resolve_lanes`.
+//! depth order), then filtered pixels. A record knows its place on its triangle, so that nothing is placed or tested
+//! again, and a sample of a blurred surface costs what one of a still surface does. Every sum runs over rows, columns and
+//! samples in this order, whatever the tile, so that a pixel has the same bits in every tiling.
 
 use crate::image::Filter;
-use crate::sampling::inside::{barycentric, triangle_hit};
-use crate::sampling::{Kernels, Payload, Region, RegionSamples, SamplePattern};
+use crate::sampling::{Record, Region, RegionSamples, SamplePattern};
 use crate::scene::ShadingInterpolation;
 
 use super::grid::{Grid, triangles};
-use super::sample::{DrawContext, TileBuffers};
+use super::sample::TileBuffers;
 use super::shade::Colors;
 
 /// Colour (multiplied by opacity), transmittance per channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SampleColor {
+struct SampleColor {
     /// Light that reaches the eye.
-    pub color: [f32; 3],
+    color: [f32; 3],
     /// Part of the light from behind that still passes.
-    pub transmittance: [f32; 3],
+    transmittance: [f32; 3],
     /// Depth of the nearest surface, infinite where none is.
-    pub depth: f32,
+    depth: f32,
 }
 
 impl SampleColor {
     /// Nothing was hit.
-    pub const EMPTY: SampleColor =
-        SampleColor { color: [0.0; 3], transmittance: [1.0; 3], depth: f32::INFINITY };
+    const EMPTY: SampleColor = SampleColor { color: [0.0; 3], transmittance: [1.0; 3], depth: f32::INFINITY };
 
     /// Puts a surface behind all that is here already.
     #[inline(always)]
-    pub(super) fn behind(&mut self, color: [f32; 3], opacity: [f32; 3], depth: f32) {
+    fn behind(&mut self, color: [f32; 3], opacity: [f32; 3], depth: f32) {
         for c in 0..3 {
             self.color[c] += self.transmittance[c] * color[c];
             self.transmittance[c] *= 1.0 - opacity[c];
@@ -42,119 +40,128 @@ impl SampleColor {
         }
     }
 
-    /// Coverage: the mean of the channels' opacities.
+    /// Colour, and coverage: the mean of the channels' opacities.
     #[inline(always)]
-    fn alpha(&self) -> f32 {
-        let t = self.transmittance;
-        1.0 - (t[0] + t[1] + t[2]) * (1.0 / 3.0)
+    fn rgba(&self) -> [f32; 4] {
+        let ([r, g, b], t) = (self.color, self.transmittance);
+        [r, g, b, 1.0 - (t[0] + t[1] + t[2]) * (1.0 / 3.0)]
     }
 }
 
-/// Composites the transparent records of one pass behind those of earlier passes.
-pub fn composite_pass(context: &DrawContext, buffers: &mut TileBuffers, colors: &mut [SampleColor]) {
-    let TileBuffers { samples, nearest, transparent, slots, used, .. } = buffers;
-    let order = |a, b| slots.order(a, b);
-    for record in transparent.sorted(nearest, &order) {
-        let Some(surface) = slots.surface(record.payload) else { continue };
-        used.insert(surface.0, record.payload);
-        let (color, opacity) =
-            surface_at(context, surface, record.payload, samples, record.sample_ix as usize);
-        colors[record.sample_ix as usize].behind(color, opacity, record.depth);
+/// The samples of a tile on their way to pixels.
+#[derive(Debug, Default)]
+pub struct SampleColors {
+    /// What is in front of the nearest opaque surfaces; empty where nothing is.
+    in_front: Vec<SampleColor>,
+    /// Colour and alpha.
+    rgba: Vec<[f32; 4]>,
+    /// Depth of the nearest surface of any kind.
+    depth: Vec<f32>,
+}
+
+impl SampleColors {
+    /// Forgets all, for another tile.
+    pub fn renew(&mut self) {
+        self.in_front.clear();
+    }
+
+    /// Composites the transparent records of one pass behind those of earlier passes.
+    pub fn composite_pass(&mut self, buffers: &mut TileBuffers) {
+        let TileBuffers { samples, nearest, transparent, slots, used, .. } = buffers;
+        let order = |a, b| slots.order(a, b);
+        let records = transparent.sorted(nearest, &order);
+        if !records.is_empty() && self.in_front.is_empty() {
+            self.in_front.resize(samples.len(), SampleColor::EMPTY);
+        }
+        for record in records {
+            let Some(surface) = slots.surface(record.hit.payload) else { continue };
+            used.insert(surface.0, record.hit.payload);
+            let (color, opacity) = surface_at(surface, &record.hit);
+            self.in_front[record.sample_ix as usize].behind(color, opacity, record.hit.depth);
+        }
+    }
+
+    /// Puts the nearest opaque surfaces behind everything.
+    pub fn composite_opaque(&mut self, buffers: &TileBuffers) {
+        self.rgba.clear();
+        self.depth.clear();
+        self.depth.extend_from_slice(buffers.nearest.depths());
+        // Samples next to each other are mostly of one grid.
+        let mut last: Option<(u32, Option<(&Grid, &Colors)>)> = None;
+        let opaque = buffers.nearest.records().map(|record| {
+            if record.is_none() {
+                return (SampleColor::EMPTY.color, [0.0; 3]);
+            }
+            let slot = record.payload.slot();
+            let surface = match last {
+                Some((known, surface)) if known == slot => surface,
+                _ => buffers.slots.surface(record.payload),
+            };
+            last = Some((slot, surface));
+            surface.map_or(([0.0; 3], [0.0; 3]), |surface| (color_at(surface, &record), opacity(surface.0)))
+        });
+        if self.in_front.is_empty() {
+            self.rgba.extend(opaque.map(|([r, g, b], opacity)| [r, g, b, opacity[0]]));
+            return;
+        }
+        let samples = self.in_front.iter_mut().zip(opaque).zip(&mut self.depth);
+        self.rgba.extend(samples.map(|((sample, (color, opacity)), depth)| {
+            sample.behind(color, opacity, *depth);
+            *depth = sample.depth;
+            sample.rgba()
+        }));
+    }
+
+    /// Filters the pixels of `interior`, which lie in the larger region of `samples`.
+    pub fn filter(
+        &self,
+        table: &FilterTable,
+        samples: &RegionSamples,
+        interior: Region,
+        pixels: &mut Vec<Pixel>,
+    ) {
+        let filtered = Filtered { table, samples, depth: &self.depth, rgba: &self.rgba };
+        for py in interior.y0..interior.y1 {
+            let mut px = interior.x0;
+            while px + TOGETHER as i32 <= interior.x1 {
+                pixels.extend(filtered.pixels::<TOGETHER>(px, py));
+                px += TOGETHER as i32;
+            }
+            pixels.extend((px..interior.x1).flat_map(|px| filtered.pixels::<1>(px, py)));
+        }
     }
 }
 
-/// Puts the nearest opaque surfaces behind everything.
-pub fn composite_opaque(
-    context: &DrawContext,
-    buffers: &TileBuffers,
-    kernels: Kernels,
-    colors: &mut [SampleColor],
-) {
-    if let Kernels::Lanes(level) = kernels {
-        return super::resolve_lanes::composite_opaque(level, context, buffers, colors);
-    }
-    for (ix, sample) in colors.iter_mut().enumerate() {
-        composite_one(context, buffers, ix, sample);
-    }
-}
-
-/// Puts the nearest opaque surface of one sample behind everything.
-pub(super) fn composite_one(
-    context: &DrawContext,
-    buffers: &TileBuffers,
-    ix: usize,
-    sample: &mut SampleColor,
-) {
-    let record = buffers.nearest.get(ix);
-    if record.is_none() {
-        return;
-    }
-    let Some(surface) = buffers.slots.surface(record.payload) else { return };
-    let (color, _) = surface_at(context, surface, record.payload, &buffers.samples, ix);
-    sample.behind(color, opacity(surface.0), record.depth);
-}
-
-/// A hole hides what is behind it and is nothing itself.
+/// Opacity of an opaque surface. A hole hides what is behind it and is nothing itself.
 #[inline(always)]
-pub(super) fn opacity(grid: &Grid) -> [f32; 3] {
+fn opacity(grid: &Grid) -> [f32; 3] {
     if grid.look.matte { [0.0; 3] } else { [1.0; 3] }
 }
 
-/// Colour and opacity of a micropolygon where sample `sample_ix` hit it.
-fn surface_at(
-    context: &DrawContext,
-    (grid, colors): (&Grid, &Colors),
-    payload: Payload,
-    samples: &RegionSamples,
-    sample_ix: usize,
-) -> ([f32; 3], [f32; 3]) {
-    if grid.look.interpolation == ShadingInterpolation::Constant {
-        return flat((grid, colors), payload);
-    }
-    let micropolygon = payload.micropolygon() as usize;
-    let triangle = triangles(grid, micropolygon)[payload.triangle() as usize];
-    let (place, tuple_ix) = (samples.position(sample_ix), samples.tuples[sample_ix]);
-    let weights = if grid.is_slow(micropolygon) {
-        slow_weights(context, grid, triangle, place, tuple_ix)
-    } else {
-        triangle_hit(context.place(grid, triangle, tuple_ix), place).map(|hit| barycentric(&hit))
-    };
-    let Some(w) = weights else {
-        debug_assert!(false, "a record's triangle is hit again");
-        return flat((grid, colors), payload);
-    };
-    let mix =
-        |values: &[f32]| values[triangle[0]] * w[0] + values[triangle[1]] * w[1] + values[triangle[2]] * w[2];
-    let (c, o) = (&colors.color, &colors.opacity);
-    let color = [mix(&c.x), mix(&c.y), mix(&c.z)];
-    let opacity = if o.is_empty() { [1.0; 3] } else { [mix(&o.x), mix(&o.y), mix(&o.z)] };
-    (color, opacity)
-}
-
-/// Weights of a triangle's vertices at a sample that hit the clipped triangle.
-fn slow_weights(
-    context: &DrawContext,
-    grid: &Grid,
-    triangle: [usize; 3],
-    place: [i32; 2],
-    tuple_ix: u32,
-) -> Option<[f32; 3]> {
-    let clipped = context.clip(grid, triangle, tuple_ix);
-    clipped.triangles().find_map(|part| {
-        let hit = triangle_hit(part.map(|v| v.raster), place)?;
-        let b = barycentric(&hit);
-        Some(std::array::from_fn(|ix| {
-            part[0].weights[ix] * b[0] + part[1].weights[ix] * b[1] + part[2].weights[ix] * b[2]
-        }))
-    })
-}
-
-/// Colour and opacity of a micropolygon's first vertex.
-pub(super) fn flat((grid, colors): (&Grid, &Colors), payload: Payload) -> ([f32; 3], [f32; 3]) {
-    let v0 = grid.corners(payload.micropolygon() as usize)[0];
+/// Colour and opacity of a surface where it was hit.
+fn surface_at((grid, colors): (&Grid, &Colors), hit: &Record) -> ([f32; 3], [f32; 3]) {
     let opacity = &colors.opacity;
-    let opacity = if opacity.is_empty() { [1.0; 3] } else { opacity.get(v0).to_array() };
-    (colors.color.get(v0).to_array(), opacity)
+    let opacity =
+        if opacity.is_empty() { [1.0; 3] } else { mix(grid, [&opacity.x, &opacity.y, &opacity.z], hit) };
+    (color_at((grid, colors), hit), opacity)
+}
+
+#[inline(always)]
+fn color_at((grid, colors): (&Grid, &Colors), hit: &Record) -> [f32; 3] {
+    mix(grid, [&colors.color.x, &colors.color.y, &colors.color.z], hit)
+}
+
+/// What values at the vertices are where a micropolygon was hit: those of its first vertex, or interpolated.
+#[inline(always)]
+fn mix(grid: &Grid, values: [&[f32]; 3], hit: &Record) -> [f32; 3] {
+    let micropolygon = hit.payload.micropolygon() as usize;
+    if grid.look.interpolation == ShadingInterpolation::Constant {
+        let v0 = grid.corners(micropolygon)[0];
+        return values.map(|values| values[v0]);
+    }
+    let [v0, v1, v2] = triangles(grid, micropolygon)[hit.payload.triangle() as usize];
+    let [w0, w1, w2] = hit.weights.get();
+    values.map(|values| values[v0] * w0 + values[v1] * w1 + values[v2] * w2)
 }
 
 /// Weights of a filter at every place that a sample of the pattern can have.
@@ -210,32 +217,6 @@ impl FilterTable {
 /// A filtered pixel: r, g, b, a and depth.
 pub type Pixel = [f32; 5];
 
-/// Filters the pixels of `interior`; `colors` covers the larger region of `samples`.
-pub fn filter_pixels(
-    table: &FilterTable,
-    samples: &RegionSamples,
-    colors: &[SampleColor],
-    interior: Region,
-    pixels: &mut Vec<Pixel>,
-) {
-    let rgba: Vec<[f32; 4]> = colors
-        .iter()
-        .map(|sample| {
-            let [r, g, b] = sample.color;
-            [r, g, b, sample.alpha()]
-        })
-        .collect();
-    let filtered = Filtered { table, samples, colors, rgba: &rgba };
-    for py in interior.y0..interior.y1 {
-        let mut px = interior.x0;
-        while px + TOGETHER as i32 <= interior.x1 {
-            pixels.extend(filtered.pixels::<TOGETHER>(px, py));
-            px += TOGETHER as i32;
-        }
-        pixels.extend((px..interior.x1).flat_map(|px| filtered.pixels::<1>(px, py)));
-    }
-}
-
 /// Pixels that are filtered together. Each is a sum in a fixed order, where every step waits for the one before.
 const TOGETHER: usize = 4;
 
@@ -243,7 +224,8 @@ const TOGETHER: usize = 4;
 struct Filtered<'a> {
     table: &'a FilterTable,
     samples: &'a RegionSamples,
-    colors: &'a [SampleColor],
+    /// Depth of the samples.
+    depth: &'a [f32],
     /// Colour and alpha of the samples.
     rgba: &'a [[f32; 4]],
 }
@@ -251,7 +233,7 @@ struct Filtered<'a> {
 impl Filtered<'_> {
     /// `NUM` pixels of a row from (px, py) on.
     fn pixels<const NUM: usize>(&self, px: i32, py: i32) -> [Pixel; NUM] {
-        let Filtered { table, samples, colors, rgba } = self;
+        let Filtered { table, samples, depth, rgba } = self;
         let per_pixel = samples.samples_per_pixel();
         let mut sums = [[0.0f32; 4]; NUM];
         let mut totals = [0.0f32; NUM];
@@ -278,8 +260,8 @@ impl Filtered<'_> {
         }
         let first = samples.region.pixel_ix(px, py) * per_pixel;
         std::array::from_fn(|i| {
-            let of_pixel = &colors[first + i * per_pixel..first + (i + 1) * per_pixel];
-            let depth = of_pixel.iter().fold(f32::INFINITY, |d, s| d.min(s.depth));
+            let of_pixel = &depth[first + i * per_pixel..first + (i + 1) * per_pixel];
+            let depth = of_pixel.iter().fold(f32::INFINITY, |least, &depth| least.min(depth));
             let scale = if totals[i] == 0.0 { 0.0 } else { 1.0 / totals[i] };
             let sum = sums[i];
             [sum[0] * scale, sum[1] * scale, sum[2] * scale, sum[3] * scale, depth]

@@ -10,10 +10,11 @@ use glam::Vec3;
 use crate::geometry::RasterCamera;
 use crate::math::Vec3s;
 use crate::math::lanes::Lanes;
+use crate::sampling::inside::{HitPoint, Weights};
 use crate::sampling::interleave::rasterize_tuple;
-use crate::sampling::nomotion::{Facing, HitSink, SampleCounts, each_hit, rasterize_triangle};
+use crate::sampling::nomotion::{Facing, HitPoints, HitSink, SampleCounts, each_hit, rasterize_triangle};
 use crate::sampling::{
-    Kernels, Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, RegionSamples, SampleBuffer,
+    Kernels, Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, Record, RegionSamples, SampleBuffer,
     SamplePattern, TransparentRecord, TransparentRecords, TupleTimes,
 };
 use crate::scene::Sides;
@@ -52,6 +53,8 @@ pub struct DrawContext<'a> {
     pub times: &'a [TupleTimes],
     /// The rasterizer that was asked for.
     pub rasterizer: Rasterizer,
+    /// What does its work; the picture is the same.
+    pub kernels: Kernels,
 }
 
 impl<'a> DrawContext<'a> {
@@ -69,16 +72,6 @@ impl<'a> DrawContext<'a> {
             depth: &grid.depth,
             coc: &grid.coc,
         }
-    }
-
-    /// Where vertices of a triangle are for a tuple; none of them is slow.
-    pub fn place(&self, grid: &Grid, triangle: [usize; 3], tuple_ix: u32) -> [[i32; 2]; 3] {
-        if !grid.is_blurred() {
-            return triangle.map(|v| [grid.x[v], grid.y[v]]);
-        }
-        let moving = self.moving(grid);
-        let (tuple, time) = (&self.pattern.tuples()[tuple_ix as usize], moving.times.of_tuple(tuple_ix));
-        triangle.map(|v| moving.position(v, tuple, time))
     }
 
     /// A triangle of a grid with slow vertices, clipped as it is for a tuple.
@@ -130,7 +123,7 @@ impl TileBuffers {
             kept: false,
             slot,
             micropolygon: 0,
-            triangle: None,
+            part: None,
             opaque: true,
             nearest: &mut self.nearest,
             transparent: &mut self.transparent,
@@ -145,7 +138,7 @@ impl TileBuffers {
             micropolygons: Micropolygons::Quads,
             // Parts of the shutter are grown by more than this rounds off.
             times: times.map(|t| (t * 32_768.0).clamp(0.0, 32_767.0) as i16),
-            kernels: Kernels::default(),
+            kernels: context.kernels,
         };
         let drawn = context.rasterizer.rasterize(&draw, &mut self.counts, &mut sink);
         debug_assert!(drawn.is_ok(), "settings were checked: {drawn:?}");
@@ -180,7 +173,7 @@ impl TileBuffers {
     /// Lets go of grids that no record names any more, so that memory does not grow with depth complexity.
     pub fn drop_hidden_grids(&mut self) {
         let opaque = self.nearest.records().filter(|r| !r.is_none()).map(|r| r.payload);
-        let transparent = self.transparent.records().iter().map(|r| r.payload);
+        let transparent = self.transparent.records().iter().map(|r| r.hit.payload);
         self.slots.retain_used(opaque.chain(transparent));
     }
 }
@@ -205,9 +198,9 @@ fn draw_slow(
     for micropolygon in (0..grid.num_micropolygons()).filter(|&mp| grid.is_slow(mp)) {
         sink.begin(micropolygon as u32);
         for (number, triangle) in triangles(grid, micropolygon).into_iter().enumerate() {
-            sink.triangle = Some(number as u8);
             for &tuple_ix in &tuples {
                 for part in context.clip(grid, triangle, tuple_ix).triangles() {
+                    sink.part = Some(Part { triangle: number as u8, weights: part.map(|v| v.weights) });
                     let (raster, depth) = (part.map(|v| v.raster), part.map(|v| v.depth));
                     if is_blurred {
                         rasterize_tuple(
@@ -226,7 +219,25 @@ fn draw_slow(
                 }
             }
         }
-        sink.triangle = None;
+        sink.part = None;
+    }
+}
+
+/// A part of a triangle that was clipped.
+#[derive(Clone, Copy)]
+struct Part {
+    /// Number of the triangle.
+    triangle: u8,
+    /// Weights of the triangle's vertices in each of the part's.
+    weights: [[f32; 3]; 3],
+}
+
+impl Part {
+    /// Weights of the triangle's vertices from those of the part's.
+    fn of_whole(&self, weights: Weights) -> Weights {
+        let [w0, w1, w2] = weights.get();
+        let [a, b, c] = self.weights;
+        Weights::new([1, 2].map(|vertex| a[vertex] * w0 + b[vertex] * w1 + c[vertex] * w2))
     }
 }
 
@@ -239,8 +250,8 @@ struct Sink<'a> {
     kept: bool,
     slot: u32,
     micropolygon: u32,
-    /// Number of the triangle where a part of one is drawn.
-    triangle: Option<u8>,
+    /// Where a part of a triangle is drawn.
+    part: Option<Part>,
     opaque: bool,
     nearest: &'a mut SampleBuffer,
     transparent: &'a mut TransparentRecords,
@@ -256,26 +267,41 @@ impl HitSink for Sink<'_> {
         });
     }
 
-    fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, _sign: i8) {
-        let payload = Payload::new(self.slot, self.micropolygon, self.triangle.unwrap_or(triangle));
+    fn hit(&mut self, sample_ix: usize, point: HitPoint, triangle: u8, _sign: i8) {
+        let (triangle, weights) = match &self.part {
+            Some(part) => (part.triangle, part.of_whole(point.weights)),
+            None => (triangle, point.weights),
+        };
+        let hit = Record {
+            depth: point.depth,
+            payload: Payload::new(self.slot, self.micropolygon, triangle),
+            weights,
+        };
         let order = |a, b| self.slots.order(a, b);
         if self.opaque {
-            self.kept |= self.nearest.offer(sample_ix, depth, payload, &order);
+            self.kept |= self.nearest.offer(sample_ix, hit, &order);
         } else {
             self.kept = true;
-            let record = TransparentRecord { sample_ix: sample_ix as u32, depth, payload };
+            let record = TransparentRecord { sample_ix: sample_ix as u32, hit };
             self.transparent.push(record, self.nearest, &order);
         }
     }
 
     #[inline(always)]
-    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, negative: u32) {
-        if !self.opaque {
-            return each_hit(self, lanes, first, hits, depth, negative);
+    fn hits<L: Lanes>(
+        &mut self,
+        lanes: L,
+        first: usize,
+        hits: [u32; 2],
+        points: HitPoints<L>,
+        negative: u32,
+    ) {
+        if !self.opaque || self.part.is_some() {
+            return each_hit(self, lanes, first, hits, points, negative);
         }
-        let of = |triangle: u8| Payload::new(self.slot, self.micropolygon, self.triangle.unwrap_or(triangle));
+        let payloads = [0, 1].map(|triangle| Payload::new(self.slot, self.micropolygon, triangle));
         let slots = self.slots;
-        self.kept |=
-            self.nearest.offer_lanes(lanes, first, hits, depth, [of(0), of(1)], &|a, b| slots.order(a, b));
+        let order = |a, b| slots.order(a, b);
+        self.kept |= self.nearest.offer_lanes(lanes, first, hits, points, payloads, &order);
     }
 }

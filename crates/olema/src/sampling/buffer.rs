@@ -1,12 +1,14 @@
 //! The sample buffer: for each sample of a region the nearest opaque thing that hit it.
 //!
 //! In: hits (sample, depth, payload), in any order. Out: one [`Record`] a sample, the same for every order.
-//! A record is 8 bytes, so that a tile's buffer stays in cache: it names what was hit, colours are looked up
-//! at resolve.
+//! A record is 12 bytes, so that a tile's buffer stays in cache: it names what was hit and where on it, colours are looked
+//! up at resolve.
 
 use std::cmp::Ordering;
 use std::ops::Range;
 
+use super::inside::{HitPoint, Weights};
+use super::nomotion::HitPoints;
 use super::region::Region;
 use crate::math::lanes::Lanes;
 use crate::math::simd::LANES;
@@ -63,11 +65,19 @@ pub struct Record {
     pub depth: f32,
     /// What was hit, or [`Payload::NONE`].
     pub payload: Payload,
+    /// Where on it.
+    pub weights: Weights,
 }
 
 impl Record {
     /// Nothing was hit.
-    pub const NONE: Record = Record { depth: f32::INFINITY, payload: Payload::NONE };
+    pub const NONE: Record = Record { depth: f32::INFINITY, payload: Payload::NONE, weights: Weights(0) };
+
+    /// The hit of `payload` at a point.
+    #[inline(always)]
+    pub fn new(point: HitPoint, payload: Payload) -> Self {
+        Record { depth: point.depth, payload, weights: point.weights }
+    }
 
     /// Whether nothing was hit.
     #[inline(always)]
@@ -97,9 +107,10 @@ pub struct SampleBuffer {
     region: Region,
     samples_per_pixel: usize,
     len: usize,
-    /// Depths and payloads apart, so that kernels take 16 at a time; with 16 more that nobody reads.
+    /// Depths, payloads and weights apart, so that kernels take 16 at a time; with 16 more that nobody reads.
     depths: Vec<f32>,
     payloads: Vec<i32>,
+    weights: Vec<i32>,
     /// Whether a record of each block was replaced since they were last cleared.
     written: Vec<bool>,
 }
@@ -110,8 +121,15 @@ impl SampleBuffer {
 
     /// An empty buffer of `samples_per_pixel` (M) records a pixel.
     pub fn new(region: Region, samples_per_pixel: usize) -> Self {
-        let (depths, payloads, written) = (Vec::new(), Vec::new(), Vec::new());
-        let mut buffer = SampleBuffer { region, samples_per_pixel, len: 0, depths, payloads, written };
+        let mut buffer = SampleBuffer {
+            region,
+            samples_per_pixel,
+            len: 0,
+            depths: Vec::new(),
+            payloads: Vec::new(),
+            weights: Vec::new(),
+            written: Vec::new(),
+        };
         buffer.renew(region);
         buffer
     }
@@ -124,6 +142,8 @@ impl SampleBuffer {
         self.depths.resize(self.len + LANES, Record::NONE.depth);
         self.payloads.clear();
         self.payloads.resize(self.len + LANES, Record::NONE.payload.0 as i32);
+        // What is left in them is not looked at where nothing was hit.
+        self.weights.resize(self.len + LANES, 0);
         self.written.clear();
         self.written.resize(self.len.div_ceil(Self::BLOCK) + 1, false);
     }
@@ -166,21 +186,20 @@ impl SampleBuffer {
     /// The records of a range of samples.
     pub fn records_of(&self, samples: Range<usize>) -> impl ExactSizeIterator<Item = Record> + '_ {
         let depths = self.depths[samples.clone()].iter();
-        depths
-            .zip(&self.payloads[samples])
-            .map(|(&depth, &payload)| Record { depth, payload: Payload(payload as u32) })
+        let names = self.payloads[samples.clone()].iter().zip(&self.weights[samples]);
+        depths.zip(names).map(|(&depth, (&payload, &weights))| record(depth, payload, weights))
     }
 
-    /// Payloads of all records as integers, and 16 more.
+    /// Depths of all records.
     #[inline(always)]
-    pub(crate) fn payloads(&self) -> &[i32] {
-        &self.payloads
+    pub fn depths(&self) -> &[f32] {
+        &self.depths[..self.len]
     }
 
     /// The record of a sample.
     #[inline(always)]
     pub fn get(&self, sample_ix: usize) -> Record {
-        Record { depth: self.depths[sample_ix], payload: Payload(self.payloads[sample_ix] as u32) }
+        record(self.depths[sample_ix], self.payloads[sample_ix], self.weights[sample_ix])
     }
 
     /// The M records of a pixel of the region.
@@ -197,20 +216,20 @@ impl SampleBuffer {
     pub fn offer(
         &mut self,
         sample_ix: usize,
-        depth: f32,
-        payload: Payload,
+        hit: Record,
         order: &impl Fn(Payload, Payload) -> Ordering,
     ) -> bool {
-        let nearer = !depth.is_nan() && self.get(sample_ix).is_behind(depth, payload, order);
+        let nearer = !hit.depth.is_nan() && self.get(sample_ix).is_behind(hit.depth, hit.payload, order);
         if nearer {
-            self.depths[sample_ix] = depth;
-            self.payloads[sample_ix] = payload.0 as i32;
+            self.depths[sample_ix] = hit.depth;
+            self.payloads[sample_ix] = hit.payload.0 as i32;
+            self.weights[sample_ix] = hit.weights.0 as i32;
             self.written[sample_ix / Self::BLOCK] = true;
         }
         nearer
     }
 
-    /// [`Self::offer`] for samples `first + i`, lane i of `depth`: with `payloads[0]` where bit i of `hit0` is set, with
+    /// [`Self::offer`] for samples `first + i`, lane i of `points`: with `payloads[0]` where bit i of `hit0` is set, with
     /// `payloads[1]` where bit i of `hit1` is; not both. Whether any of them was kept.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
@@ -219,11 +238,11 @@ impl SampleBuffer {
         lanes: L,
         first: usize,
         [hit0, hit1]: [u32; 2],
-        depth: L::F,
+        points: HitPoints<L>,
         payloads: [Payload; 2],
         order: &impl Fn(Payload, Payload) -> Ordering,
     ) -> bool {
-        let old = lanes.load_f(&self.depths, first);
+        let (depth, old) = (points.depth, lanes.load_f(&self.depths, first));
         let hit = hit0 | hit1;
         let nearer = lanes.bits(lanes.lt_f(depth, old)) & hit;
         // As near, or the first one although infinitely far: one by one.
@@ -236,22 +255,31 @@ impl SampleBuffer {
             let payload = lanes.select(mask, payload, lanes.load(&self.payloads, first));
             lanes.store_f(lanes.select_f(mask, depth, old), &mut self.depths, first);
             lanes.store(payload, &mut self.payloads, first);
+            let weights = lanes.select(mask, points.weights, lanes.load(&self.weights, first));
+            lanes.store(weights, &mut self.weights, first);
             let (block, marks) = (first / Self::BLOCK, nearer << (first % Self::BLOCK));
             self.written[block] |= marks & 0xffff != 0;
             self.written[block + 1] |= marks >> 16 != 0;
         }
         if alike != 0 {
-            let mut depths = [0.0; LANES];
+            let (mut depths, mut weights) = ([0.0; LANES], [0; LANES]);
             lanes.store_f(depth, &mut depths, 0);
+            lanes.store(points.weights, &mut weights, 0);
             while alike != 0 {
                 let lane = alike.trailing_zeros() as usize & (LANES - 1);
                 let payload = payloads[(hit1 >> lane & 1) as usize];
-                kept |= self.offer(first + lane, depths[lane], payload, order);
+                let hit = Record { depth: depths[lane], payload, weights: Weights(weights[lane] as u32) };
+                kept |= self.offer(first + lane, hit, order);
                 alike &= alike - 1;
             }
         }
         kept
     }
+}
+
+#[inline(always)]
+fn record(depth: f32, payload: i32, weights: i32) -> Record {
+    Record { depth, payload: Payload(payload as u32), weights: Weights(weights as u32) }
 }
 
 #[cfg(test)]
@@ -262,6 +290,10 @@ mod tests {
     /// A canonical order that is not the order of the bits.
     fn order(a: Payload, b: Payload) -> Ordering {
         super::super::hash::mix(a.0).cmp(&super::super::hash::mix(b.0))
+    }
+
+    fn hit(depth: f32, payload: Payload) -> Record {
+        Record { depth, payload, weights: Weights(payload.0) }
     }
 
     #[test]
@@ -283,14 +315,13 @@ mod tests {
     #[test]
     fn an_infinitely_far_hit_is_still_a_hit_and_nan_is_none() {
         let mut buffer = SampleBuffer::new(Region::new(-1, 0, 4, 5), 2);
-        assert!(!buffer.offer(0, f32::NAN, Payload::new(1, 0, 0), &order));
-        assert!(buffer.offer(0, f32::INFINITY, Payload::new(1, 0, 0), &order));
-        assert!(buffer.offer(0, 3.0, Payload::new(2, 0, 0), &order));
-        assert!(!buffer.offer(0, 3.0, Payload::new(2, 0, 0), &order));
-        assert_eq!(
-            buffer.pixel(-1, 4).collect::<Vec<_>>(),
-            [Record { depth: 3.0, payload: Payload::new(2, 0, 0) }, Record::NONE]
-        );
+        let [first, second] = [1, 2].map(|slot| Payload::new(slot, 0, 0));
+        assert!(!buffer.offer(0, hit(f32::NAN, first), &order));
+        assert!(buffer.offer(0, hit(f32::INFINITY, first), &order));
+        assert!(buffer.offer(0, hit(3.0, second), &order));
+        assert!(!buffer.offer(0, hit(3.0, second), &order));
+        let records: Vec<Record> = buffer.pixel(-1, 4).collect();
+        assert_eq!(records, [hit(3.0, second), Record { weights: records[1].weights, ..Record::NONE }]);
     }
 
     proptest! {
@@ -302,7 +333,7 @@ mod tests {
             let draw = |hits: &[(usize, u8, u32)]| {
                 let mut buffer = SampleBuffer::new(Region::new(0, 3, 0, 1), 2);
                 for &(sample_ix, depth, slot) in hits {
-                    buffer.offer(sample_ix, f32::from(depth), Payload::new(slot, 0, 0), &order);
+                    buffer.offer(sample_ix, hit(f32::from(depth), Payload::new(slot, 0, 0)), &order);
                 }
                 buffer.records().collect::<Vec<_>>()
             };

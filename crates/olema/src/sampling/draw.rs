@@ -5,7 +5,7 @@
 //! Fatahalian 2009, figure 8, of which the rasterizers' modules fill in the loops.
 
 use super::cull::never_faces;
-use super::inside::{depth_at, triangle_hit};
+use super::inside::{point_at, triangle_hit};
 use super::moving::{Extent, MovingGrid};
 use super::nomotion::{Facing, HitSink, SampleCounts};
 use super::pattern::SamplePattern;
@@ -188,7 +188,7 @@ impl Micropolygon<'_> {
             let grid = &self.draw.grid;
             let time = grid.times.of_tuple(tuple_ix);
             let depth = corners.map(|corner| grid.depth_at(self.vertices[corner], time));
-            sink.hit(sample_ix, depth_at(&hit, depth), number, hit.sign);
+            sink.hit(sample_ix, point_at(&hit, depth), number, hit.sign);
             is_hit = true;
         }
         counts.tests += 1;

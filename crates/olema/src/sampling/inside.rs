@@ -36,6 +36,39 @@ pub struct Hit {
     pub area: i64,
 }
 
+/// Where on its triangle a hit lies: the weights of the second and the third vertex in 1/65536, rounded down, in 16 bits
+/// each. The first has the rest, which is never below 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Weights(pub u32);
+
+/// Weights are kept in these parts of 1.
+pub(crate) const WEIGHT_PARTS: f32 = 65_536.0;
+
+impl Weights {
+    /// Weights of the second and the third vertex, 0 to 1 but for rounding.
+    #[inline(always)]
+    pub fn new(upper: [f32; 2]) -> Self {
+        let [b1, b2] = upper.map(|b| ((b * WEIGHT_PARTS) as u32).min(0xffff));
+        Weights(b1 | b2 << 16)
+    }
+
+    /// Weights of the three vertices; their sum is exactly 1.
+    #[inline(always)]
+    pub fn get(self) -> [f32; 3] {
+        let [b1, b2] = [self.0 & 0xffff, self.0 >> 16];
+        [0x1_0000 - (b1 + b2).min(0x1_0000), b1, b2].map(|part| part as f32 * (1.0 / WEIGHT_PARTS))
+    }
+}
+
+/// What a hit is kept as.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HitPoint {
+    /// Depth.
+    pub depth: f32,
+    /// Place on the triangle.
+    pub weights: Weights,
+}
+
 /// The edge function: twice the signed area of (a, b, s).
 #[inline(always)]
 pub fn edge(a: [i32; 2], b: [i32; 2], s: [i32; 2]) -> i64 {
@@ -102,11 +135,10 @@ pub(super) fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Weights of the vertices at a hit, each 0 to 1; they sum to 1 but for rounding.
+/// Depth and place at a hit of a triangle whose vertices are at depths `z`.
 #[inline]
-pub fn barycentric(hit: &Hit) -> [f32; 3] {
-    let [b1, b2] = upper_weights(hit);
-    [((1.0 - b1) - b2).max(0.0), b1, b2]
+pub fn point_at(hit: &Hit, z: [f32; 3]) -> HitPoint {
+    HitPoint { depth: depth_at(hit, z), weights: Weights::new(upper_weights(hit)) }
 }
 
 #[inline(always)]

@@ -8,7 +8,7 @@
 //! the region that holds it does that. Twin in lanes: `interleave_lanes`.
 
 use super::draw::{Micropolygon, MovingDraw, Placed, Reach};
-use super::inside::{depth_at, triangle_hit};
+use super::inside::{point_at, triangle_hit};
 use super::moving::Extent;
 use super::nomotion::{Facing, HitSink, SampleCounts};
 use super::pattern::SamplePattern;
@@ -111,7 +111,7 @@ pub fn rasterize_tuple<S: HitSink>(
         let Some(hit) = triangle_hit(xy, place) else { return };
         if !matches!(facing, Facing::Only(side) if side != hit.sign) {
             counts.hits += 1;
-            sink.hit(sample_ix, depth_at(&hit, depth), 0, hit.sign);
+            sink.hit(sample_ix, point_at(&hit, depth), 0, hit.sign);
         }
     });
 }

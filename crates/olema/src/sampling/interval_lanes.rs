@@ -217,11 +217,11 @@ impl<S: HitSink> Kernel<'_, S> {
                 }
                 self.counts.hits += u64::from((hit0 | hit1).count_ones());
                 let t = lanes.mul_f(lanes.to_f(lanes.shr(local, 16)), lanes.splat_f(1.0 / 32_768.0));
-                let (depth, negative) = tested.depth(lanes, &depths, t, hit0);
-                self.sink.hits(lanes, first, [hit0, hit1 & !hit0], depth, negative);
+                let (points, negative) = tested.points(lanes, &depths, t, hit0);
+                self.sink.hits(lanes, first, [hit0, hit1 & !hit0], points, negative);
                 if hit0 & hit1 != 0 {
-                    let (depth, negative) = tested.depth(lanes, &depths, t, 0);
-                    self.sink.hits(lanes, first, [0, hit0 & hit1], depth, negative);
+                    let (points, negative) = tested.points(lanes, &depths, t, 0);
+                    self.sink.hits(lanes, first, [0, hit0 & hit1], points, negative);
                 }
             }
         }

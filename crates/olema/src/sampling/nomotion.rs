@@ -8,7 +8,7 @@
 //! that the box overlaps is tested exactly ([`super::inside`]). A sample counts as one test of a quad, although
 //! it may take both of its triangles; likewise it counts as one hit, also where a folded quad hits it twice.
 
-use super::inside::{Hit, depth_at, signed_area, triangle_hit};
+use super::inside::{HitPoint, Weights, point_at, signed_area, triangle_hit};
 use super::region::RegionSamples;
 use super::strata::cells_of_positions;
 use crate::math::lanes::Lanes;
@@ -19,16 +19,32 @@ pub trait HitSink {
     /// The hits that follow are those of this micropolygon of the grid.
     fn begin(&mut self, _micropolygon: u32) {}
 
-    /// Sample `sample_ix` of the region is hit at `depth`, by triangle 0 (v0, v1, v2) or 1 (v0, v2, v3), seen
+    /// Sample `sample_ix` of the region is hit at `point` of triangle 0 (v0, v1, v2) or 1 (v0, v2, v3), seen
     /// from side `sign` (see [`super::inside`]).
-    fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, sign: i8);
+    fn hit(&mut self, sample_ix: usize, point: HitPoint, triangle: u8, sign: i8);
 
     /// Sample `first + i` is hit by triangle 0 where bit i of `hits[0]` is set, by triangle 1 where that of `hits[1]` is
-    /// (not both), at the depth in lane i; seen from side -1 where bit i of `negative` is set. Has to be `#[inline(always)]`.
+    /// (not both), at the point in lane i; seen from side -1 where bit i of `negative` is set. Has to be `#[inline(always)]`.
     #[inline(always)]
-    fn hits<L: Lanes>(&mut self, lanes: L, first: usize, hits: [u32; 2], depth: L::F, negative: u32) {
-        each_hit(self, lanes, first, hits, depth, negative);
+    fn hits<L: Lanes>(
+        &mut self,
+        lanes: L,
+        first: usize,
+        hits: [u32; 2],
+        points: HitPoints<L>,
+        negative: u32,
+    ) {
+        each_hit(self, lanes, first, hits, points, negative);
     }
+}
+
+/// A [`HitPoint`] a lane.
+#[derive(Clone, Copy)]
+pub struct HitPoints<L: Lanes> {
+    /// Depths.
+    pub depth: L::F,
+    /// The bits of [`Weights`].
+    pub weights: L::I,
 }
 
 /// [`HitSink::hits`] one by one.
@@ -38,17 +54,19 @@ pub fn each_hit<L: Lanes>(
     lanes: L,
     first: usize,
     [hit0, hit1]: [u32; 2],
-    depth: L::F,
+    points: HitPoints<L>,
     negative: u32,
 ) {
-    let mut depths = [0.0; LANES];
-    lanes.store_f(depth, &mut depths, 0);
+    let (mut depths, mut weights) = ([0.0; LANES], [0; LANES]);
+    lanes.store_f(points.depth, &mut depths, 0);
+    lanes.store(points.weights, &mut weights, 0);
     let mut bits = hit0 | hit1;
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize & (LANES - 1);
         let triangle = hit1 >> lane & 1;
         let sign = if negative >> lane & 1 == 1 { -1 } else { 1 };
-        sink.hit(first + lane, depths[lane], triangle as u8, sign);
+        let point = HitPoint { depth: depths[lane], weights: Weights(weights[lane] as u32) };
+        sink.hit(first + lane, point, triangle as u8, sign);
         bits &= bits - 1;
     }
 }
@@ -240,8 +258,7 @@ fn test_sample(triangles: &[Candidate], place: [i32; 2], sample_ix: usize, sink:
     let mut any = false;
     for triangle in triangles {
         if let Some(hit) = triangle_hit(triangle.xy, place) {
-            let Hit { sign, .. } = hit;
-            sink.hit(sample_ix, depth_at(&hit, triangle.depth), triangle.number, sign);
+            sink.hit(sample_ix, point_at(&hit, triangle.depth), triangle.number, hit.sign);
             any = true;
         }
     }

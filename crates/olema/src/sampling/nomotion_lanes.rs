@@ -11,8 +11,9 @@
 //! are those of the cells that the box overlaps, as they are by the twin: no other can be hit.
 
 use super::inside::{greater, lesser};
-use super::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_quad};
+use super::nomotion::{Facing, GridView, HitPoints, HitSink, SampleCounts, rasterize_quad};
 use super::region::{MOST_STEPS_PX, RegionSamples};
+use super::test_lanes::{upper_weights, weights};
 use crate::math::lanes::{Lanes, pair};
 use crate::math::simd::{LANES, LanesKernel, SimdLevel};
 
@@ -199,16 +200,20 @@ impl<S: HitSink> Kernel<'_, S> {
                 // Weights are those of the sample itself, on the edge where it is.
                 let (w20, w01) = (lanes.add(e20, lanes.splat(tie20)), lanes.add(e01, lanes.splat(tie01)));
                 let w30 = lanes.add(e30, lanes.splat(tie30));
-                let depth0 = depth(lanes, &halves[0], z0, w20, w01);
-                let depth1 = depth(lanes, &halves[1], z0, w30, lanes.sub(zero, w20));
+                let points0 = points(lanes, &halves[0], z0, w20, w01);
+                let points1 = points(lanes, &halves[1], z0, w30, lanes.sub(zero, w20));
                 let turned = halves.map(|half| if half.area < 0 { 0xffff } else { 0 });
                 let negative = (hit0 & turned[0]) | (hit1 & turned[1]);
                 if hit0 & hit1 == 0 {
-                    let depth = lanes.select_f(lanes.mask(hit0), depth0, depth1);
-                    self.sink.hits(lanes, first, [hit0, hit1], depth, negative);
+                    let mask = lanes.mask(hit0);
+                    let points = HitPoints {
+                        depth: lanes.select_f(mask, points0.depth, points1.depth),
+                        weights: lanes.select(mask, points0.weights, points1.weights),
+                    };
+                    self.sink.hits(lanes, first, [hit0, hit1], points, negative);
                 } else {
-                    self.sink.hits(lanes, first, [hit0, 0], depth0, hit0 & turned[0]);
-                    self.sink.hits(lanes, first, [0, hit1], depth1, hit1 & turned[1]);
+                    self.sink.hits(lanes, first, [hit0, 0], points0, hit0 & turned[0]);
+                    self.sink.hits(lanes, first, [0, hit1], points1, hit1 & turned[1]);
                 }
             }
             first_of_row += samples.region.width() * num_strata;
@@ -225,14 +230,15 @@ fn edge(x: [i32; 4], y: [i32; 4], a: usize, b: usize, [ox, oy]: [i32; 2]) -> (i3
     (pair(-dy, dx), dy * (x[a] - ox) - dx * (y[a] - oy) - tie, tie)
 }
 
-/// Depth from the weights of a triangle's second and third vertex, as [`super::inside::depth_at`].
+/// Points from the weights of a triangle's second and third vertex, as [`super::inside::point_at`].
 #[inline(always)]
-fn depth<L: Lanes>(lanes: L, half: &Half, z0: f32, w1: L::I, w2: L::I) -> L::F {
-    let r = lanes.splat_f(half.r);
-    let (b1, b2) = (lanes.mul_f(lanes.to_f(w1), r), lanes.mul_f(lanes.to_f(w2), r));
+fn points<L: Lanes>(lanes: L, half: &Half, z0: f32, w1: L::I, w2: L::I) -> HitPoints<L> {
+    let [b1, b2] = upper_weights(lanes, w1, w2, lanes.splat_f(half.r));
     let first = lanes.add_f(lanes.splat_f(z0), lanes.mul_f(b1, lanes.splat_f(half.rise[0])));
     let depth = lanes.add_f(first, lanes.mul_f(b2, lanes.splat_f(half.rise[1])));
-    lanes.lesser(lanes.greater(depth, lanes.splat_f(half.range[0])), lanes.splat_f(half.range[1]))
+    let depth =
+        lanes.lesser(lanes.greater(depth, lanes.splat_f(half.range[0])), lanes.splat_f(half.range[1]));
+    HitPoints { depth, weights: weights(lanes, [b1, b2]) }
 }
 
 /// The twin, kept out of the kernel.

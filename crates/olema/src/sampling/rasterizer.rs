@@ -8,6 +8,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::draw::{Kernels, Micropolygons, MovingDraw};
+use super::inside::HitPoint;
 use super::nomotion::{self, GridView, HitSink, SampleCounts};
 use super::{
     auto, boundingbox, interleave, interleave_lanes, interval, interval_lanes, nomotion_lanes, simple,
@@ -177,8 +178,8 @@ struct Numbered<'a, S> {
 }
 
 impl<S: HitSink> HitSink for Numbered<'_, S> {
-    fn hit(&mut self, sample_ix: usize, depth: f32, _triangle: u8, sign: i8) {
-        self.sink.hit(sample_ix, depth, self.number, sign);
+    fn hit(&mut self, sample_ix: usize, point: HitPoint, _triangle: u8, sign: i8) {
+        self.sink.hit(sample_ix, point, self.number, sign);
     }
 }
 

@@ -4,7 +4,8 @@
 //! hits with the depth of [`super::inside`], bit for bit, to the sink; counted. Twin: [`Micropolygon::test`].
 
 use super::draw::Micropolygon;
-use super::nomotion::{Facing, HitSink, SampleCounts};
+use super::inside::{HitPoint, WEIGHT_PARTS, Weights};
+use super::nomotion::{Facing, HitPoints, HitSink, SampleCounts};
 use crate::math::lanes::Lanes;
 use crate::math::simd::LANES;
 
@@ -129,10 +130,10 @@ pub(super) fn test<L: Lanes>(
 }
 
 impl<L: Lanes> Tested<L> {
-    /// Depths at the hits, and bits of those that are seen from side -1: of the first triangle in the lanes `first`, else
-    /// of the second; at local times `t`.
+    /// The points that are hit, and bits of those that are seen from side -1: of the first triangle in the lanes `first`,
+    /// else of the second; at local times `t`.
     #[inline(always)]
-    pub fn depth(&self, lanes: L, depths: &Depths, t: L::F, first: u32) -> (L::F, u32) {
+    pub fn points(&self, lanes: L, depths: &Depths, t: L::F, first: u32) -> (HitPoints<L>, u32) {
         let (zero, first) = (lanes.splat(0), lanes.mask(first));
         let w1 = lanes.select(first, self.e20, self.e30);
         let w2 = lanes.select(first, self.e01, lanes.sub(zero, self.e20));
@@ -140,8 +141,9 @@ impl<L: Lanes> Tested<L> {
         let z2 = depths.at(lanes, 2, t);
         let za = lanes.select_f(first, depths.at(lanes, 1, t), z2);
         let zb = lanes.select_f(first, z2, depths.at(lanes, 3, t));
-        let depth = plane(lanes, [w1, w2, area], [depths.at(lanes, 0, t), za, zb]);
-        (depth, lanes.bits(lanes.gt(zero, area)))
+        let upper = upper_weights(lanes, w1, w2, lanes.div_f(lanes.splat_f(1.0), lanes.to_f(area)));
+        let depth = plane(lanes, upper, [depths.at(lanes, 0, t), za, zb]);
+        (HitPoints { depth, weights: weights(lanes, upper) }, lanes.bits(lanes.gt(zero, area)))
     }
 }
 
@@ -165,26 +167,40 @@ pub(super) fn test_kept<L: Lanes, S: HitSink>(
     counts.hits += u64::from((rest[0] | rest[1]).count_ones());
     while rest[0] | rest[1] != 0 {
         // Where both triangles of a folded quad are hit, the second is for another turn.
-        let (depth, negative) = tested.depth(lanes, depths, lanes.load_f(&kept.t, 0), rest[0]);
-        let mut out = [0.0; LANES];
-        lanes.store_f(depth, &mut out, 0);
+        let (points, negative) = tested.points(lanes, depths, lanes.load_f(&kept.t, 0), rest[0]);
+        let (mut out, mut weights) = ([0.0; LANES], [0; LANES]);
+        lanes.store_f(points.depth, &mut out, 0);
+        lanes.store(points.weights, &mut weights, 0);
         let mut bits = rest[0] | rest[1];
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize & (LANES - 1);
             let triangle = (rest[0] >> lane & 1 ^ 1) as u8;
             let sign = if negative >> lane & 1 == 1 { -1 } else { 1 };
-            sink.hit(kept.sample[lane] as usize, out[lane], triangle, sign);
+            let point = HitPoint { depth: out[lane], weights: Weights(weights[lane] as u32) };
+            sink.hit(kept.sample[lane] as usize, point, triangle, sign);
             bits &= bits - 1;
         }
         rest = [0, rest[0] & rest[1]];
     }
 }
 
-/// Depth from the weights of the second and third vertex and the area, as [`super::inside::depth_at`].
+/// Weights of the second and the third vertex; `r` is 1 over the area.
 #[inline(always)]
-fn plane<L: Lanes>(lanes: L, [w1, w2, area]: [L::I; 3], z: [L::F; 3]) -> L::F {
-    let r = lanes.div_f(lanes.splat_f(1.0), lanes.to_f(area));
-    let (b1, b2) = (lanes.mul_f(lanes.to_f(w1), r), lanes.mul_f(lanes.to_f(w2), r));
+pub(super) fn upper_weights<L: Lanes>(lanes: L, w1: L::I, w2: L::I, r: L::F) -> [L::F; 2] {
+    [lanes.mul_f(lanes.to_f(w1), r), lanes.mul_f(lanes.to_f(w2), r)]
+}
+
+/// As [`Weights::new`].
+#[inline(always)]
+pub(super) fn weights<L: Lanes>(lanes: L, [b1, b2]: [L::F; 2]) -> L::I {
+    let (parts, most) = (lanes.splat_f(WEIGHT_PARTS), lanes.splat_f(65_535.0));
+    let part = |b: L::F| lanes.truncated(lanes.lesser(lanes.mul_f(b, parts), most));
+    lanes.or(part(b1), lanes.shl(part(b2), 16))
+}
+
+/// Depth from the weights of the second and third vertex, as [`super::inside::depth_at`].
+#[inline(always)]
+fn plane<L: Lanes>(lanes: L, [b1, b2]: [L::F; 2], z: [L::F; 3]) -> L::F {
     let first = lanes.add_f(z[0], lanes.mul_f(b1, lanes.sub_f(z[1], z[0])));
     let depth = lanes.add_f(first, lanes.mul_f(b2, lanes.sub_f(z[2], z[0])));
     let least = lanes.lesser(lanes.lesser(z[0], z[1]), z[2]);

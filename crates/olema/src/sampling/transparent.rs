@@ -33,10 +33,8 @@ use super::buffer::{Payload, Record, SampleBuffer};
 pub struct TransparentRecord {
     /// Sample of the region.
     pub sample_ix: u32,
-    /// Depth of the hit.
-    pub depth: f32,
-    /// What was hit.
-    pub payload: Payload,
+    /// The hit.
+    pub hit: Record,
 }
 
 /// The transparent records of a tile.
@@ -149,15 +147,14 @@ impl TransparentRecords {
         order: &impl Fn(Payload, Payload) -> Ordering,
     ) -> bool {
         let sample_ix = record.sample_ix as usize;
-        let below_floor = self
-            .floors
-            .get(sample_ix)
-            .is_some_and(|floor| floor.is_none() || floor.is_behind(record.depth, record.payload, order));
+        let below_floor = self.floors.get(sample_ix).is_some_and(|floor| {
+            floor.is_none() || floor.is_behind(record.hit.depth, record.hit.payload, order)
+        });
         let below_cutoff = self
             .cutoffs
             .get(sample_ix)
-            .is_none_or(|cutoff| cutoff.is_behind(record.depth, record.payload, order));
-        below_cutoff && !below_floor && !record.depth.is_nan()
+            .is_none_or(|cutoff| cutoff.is_behind(record.hit.depth, record.hit.payload, order));
+        below_cutoff && !below_floor && !record.hit.depth.is_nan()
     }
 
     fn prune_and_sort(&mut self, nearest: &SampleBuffer, order: &impl Fn(Payload, Payload) -> Ordering) {
@@ -165,8 +162,8 @@ impl TransparentRecords {
         self.records.sort_unstable_by(|a, b| {
             a.sample_ix
                 .cmp(&b.sample_ix)
-                .then(a.depth.partial_cmp(&b.depth).unwrap_or(Ordering::Equal))
-                .then_with(|| order(a.payload, b.payload))
+                .then(a.hit.depth.partial_cmp(&b.hit.depth).unwrap_or(Ordering::Equal))
+                .then_with(|| order(a.hit.payload, b.hit.payload))
         });
     }
 
@@ -190,9 +187,7 @@ impl TransparentRecords {
                 extra -= 1;
             }
             if start + keep < end {
-                let first_dropped = self.records[start + keep];
-                self.cutoffs[sample_ix as usize] =
-                    Record { depth: first_dropped.depth, payload: first_dropped.payload };
+                self.cutoffs[sample_ix as usize] = self.records[start + keep].hit;
             }
             self.records.copy_within(start..start + keep, kept);
             kept += keep;
@@ -208,7 +203,7 @@ fn is_visible(
     nearest: &SampleBuffer,
     order: &impl Fn(Payload, Payload) -> Ordering,
 ) -> bool {
-    nearest.get(record.sample_ix as usize).is_behind(record.depth, record.payload, order)
+    nearest.get(record.sample_ix as usize).is_behind(record.hit.depth, record.hit.payload, order)
 }
 
 /// How many records every sample may keep so that at most `budget` are kept, and how many of the samples
@@ -228,12 +223,17 @@ fn shares(sorted: &[TransparentRecord], budget: usize) -> (usize, usize) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::inside::Weights;
     use super::super::region::Region;
     use super::*;
     use proptest::prelude::*;
 
     fn order(a: Payload, b: Payload) -> Ordering {
         super::super::hash::mix(a.0).cmp(&super::super::hash::mix(b.0))
+    }
+
+    fn record(sample_ix: u32, depth: f32, payload: Payload) -> TransparentRecord {
+        TransparentRecord { sample_ix, hit: Record { depth, payload, weights: Weights(payload.0) } }
     }
 
     /// A hit, opaque or not.
@@ -246,13 +246,13 @@ mod tests {
         all.retain(|r| {
             let front = nearest.get(r.sample_ix as usize);
             front.is_none()
-                || r.depth < front.depth
-                || (r.depth == front.depth && order(r.payload, front.payload) == Ordering::Less)
+                || r.hit.depth < front.depth
+                || (r.hit.depth == front.depth && order(r.hit.payload, front.payload) == Ordering::Less)
         });
         all.sort_by(|a, b| {
             (a.sample_ix.cmp(&b.sample_ix))
-                .then(a.depth.total_cmp(&b.depth))
-                .then(order(a.payload, b.payload))
+                .then(a.hit.depth.total_cmp(&b.hit.depth))
+                .then(order(a.hit.payload, b.hit.payload))
         });
         all
     }
@@ -271,7 +271,7 @@ mod tests {
             let turned = hits.iter().cycle().skip(passes * 7 % hits.len().max(1)).take(hits.len());
             for (opaque, r) in turned {
                 if *opaque {
-                    nearest.offer(r.sample_ix as usize, r.depth, r.payload, &order);
+                    nearest.offer(r.sample_ix as usize, r.hit, &order);
                 } else {
                     store.push(*r, &nearest, &order);
                 }
@@ -297,12 +297,12 @@ mod tests {
                 .enumerate()
                 .map(|(slot, &(kind, sample_ix, depth))| {
                     let payload = Payload::new(slot as u32, 0, 0);
-                    (kind == 0, TransparentRecord { sample_ix, depth: f32::from(depth), payload })
+                    (kind == 0, record(sample_ix, f32::from(depth), payload))
                 })
                 .collect();
             let mut nearest = SampleBuffer::new(Region::new(0, 7, 0, 1), 1);
             for (_, r) in hits.iter().filter(|hit| hit.0) {
-                nearest.offer(r.sample_ix as usize, r.depth, r.payload, &order);
+                nearest.offer(r.sample_ix as usize, r.hit, &order);
             }
             let (found, passes) = peeled(&hits, capacity, 7);
             prop_assert_eq!(found, naive(&hits, &nearest));
@@ -318,7 +318,7 @@ mod tests {
             .map(|i| {
                 let depth = super::super::hash::mix(i) as f32;
                 let payload = Payload::new(i, 0, 0);
-                (false, TransparentRecord { sample_ix: i % 40, depth, payload })
+                (false, record(i % 40, depth, payload))
             })
             .collect();
         let (found, passes) = peeled(&hits, 400, 40);
@@ -331,10 +331,10 @@ mod tests {
         let mut hits: Vec<Hit> = (1..1000u32)
             .map(|i| {
                 let payload = Payload::new(i, 0, 0);
-                (false, TransparentRecord { sample_ix: 0, depth: i as f32, payload })
+                (false, record(0, i as f32, payload))
             })
             .collect();
-        hits.push((true, TransparentRecord { sample_ix: 0, depth: 2.5, payload: Payload::new(1000, 0, 0) }));
+        hits.push((true, record(0, 2.5, Payload::new(1000, 0, 0))));
         assert_eq!(peeled(&hits, 8, 1).1, 1);
     }
 }

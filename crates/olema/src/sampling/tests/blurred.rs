@@ -1,7 +1,7 @@
 //! Moving, defocused grids for tests, and the answer that every rasterizer must give.
 
 use crate::sampling::hash::Stream;
-use crate::sampling::inside::{depth_at, triangle_hit};
+use crate::sampling::inside::{HitPoint, point_at, triangle_hit};
 use crate::sampling::nomotion::{Facing, HitSink, SampleCounts};
 use crate::sampling::{
     Kernels, Micropolygons, MovingDraw, MovingGrid, Rasterizer, RegionSamples, SamplePattern, TupleTimes,
@@ -90,8 +90,8 @@ pub fn with(rasterizer: Rasterizer) -> How {
     How { rasterizer, facing: Facing::Any, micropolygons: Micropolygons::Quads, kernels: Kernels::default() }
 }
 
-/// All that is known of a hit: quad, sample, triangle, bits of the depth, sign.
-pub type FullHit = (u32, usize, u8, u32, i8);
+/// All that is known of a hit: quad, sample, triangle, bits of the depth, sign, weights.
+pub type FullHit = (u32, usize, u8, u32, i8, u32);
 
 /// Keeps every hit.
 #[derive(Debug, Default)]
@@ -112,8 +112,9 @@ impl HitSink for AllHits {
         self.micropolygon = micropolygon;
     }
 
-    fn hit(&mut self, sample_ix: usize, depth: f32, triangle: u8, sign: i8) {
-        self.hits.push((self.micropolygon, sample_ix, triangle, depth.to_bits(), sign));
+    fn hit(&mut self, sample_ix: usize, point: HitPoint, triangle: u8, sign: i8) {
+        let HitPoint { depth, weights } = point;
+        self.hits.push((self.micropolygon, sample_ix, triangle, depth.to_bits(), sign, weights.0));
     }
 }
 
@@ -122,7 +123,7 @@ impl HitSink for AllHits {
 pub struct NoHits;
 
 impl HitSink for NoHits {
-    fn hit(&mut self, _sample_ix: usize, _depth: f32, _triangle: u8, _sign: i8) {}
+    fn hit(&mut self, _sample_ix: usize, _point: HitPoint, _triangle: u8, _sign: i8) {}
 }
 
 /// Every sample of the region against every quad, with positions written out as the normative page has them.
@@ -162,8 +163,8 @@ pub fn brute_force(
                     continue;
                 };
                 if facing == Facing::Any || facing == Facing::Only(hit.sign) {
-                    let depth = depth_at(&hit, triangle.map(|v| v.1)).to_bits();
-                    hits.push((quad as u32, sample_ix, number as u8, depth, hit.sign));
+                    let HitPoint { depth, weights } = point_at(&hit, triangle.map(|v| v.1));
+                    hits.push((quad as u32, sample_ix, number as u8, depth.to_bits(), hit.sign, weights.0));
                 }
             }
         }

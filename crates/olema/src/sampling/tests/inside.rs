@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use crate::sampling::hash::Stream;
-use crate::sampling::inside::{GUARD_BAND, Hit, barycentric, depth_at, triangle_hit};
+use crate::sampling::inside::{GUARD_BAND, Hit, Weights, depth_at, point_at, triangle_hit};
 
 /// Sum of signs and number of hits of triangles.
 fn count(triangles: &[[[i32; 2]; 3]], s: [i32; 2]) -> (i32, u32) {
@@ -110,8 +110,19 @@ fn depth_is_the_plane_and_stays_between_the_vertices() {
     assert_eq!(at([256, 128], [7.0; 3]), 7.0);
     assert_eq!(at([256, 128], [f32::INFINITY; 3]), f32::INFINITY);
     assert!(!at([256, 128], [1.0, f32::INFINITY, 2.0]).is_nan());
-    let [b0, b1, b2] = barycentric(&triangle_hit(triangle, [256, 128]).unwrap());
-    assert_eq!([b0, b1, b2], [0.5, 0.25, 0.25]);
+    let point = point_at(&triangle_hit(triangle, [256, 128]).unwrap(), [7.0; 3]);
+    assert_eq!(point.weights.get(), [0.5, 0.25, 0.25]);
+}
+
+#[test]
+fn weights_stay_between_0_and_1_and_sum_to_1_whatever_rounding_did() {
+    let a_bit_more = 1.0 + f32::EPSILON;
+    for upper in [[0.0, 0.0], [1.0, 0.0], [0.0, a_bit_more], [0.5, 0.5 * a_bit_more], [-0.0, 1.0 / 3.0]] {
+        let weights = Weights::new(upper).get();
+        assert_eq!(weights.iter().sum::<f32>(), 1.0, "{upper:?}");
+        assert!(weights.iter().all(|w| (0.0..=1.0).contains(w)), "{weights:?}");
+        assert!((0..2).all(|c| (weights[c + 1] - upper[c]).abs() < 2.0 / 65_536.0), "{weights:?}");
+    }
 }
 
 proptest! {

@@ -13,6 +13,7 @@ mod noise;
 mod nomotion;
 mod pattern;
 
+use super::inside::HitPoint;
 use super::nomotion::HitSink;
 use super::{PatternSpec, SamplePattern};
 
@@ -29,7 +30,7 @@ impl SignedHits {
 }
 
 impl HitSink for SignedHits {
-    fn hit(&mut self, sample_ix: usize, _depth: f32, _triangle: u8, sign: i8) {
+    fn hit(&mut self, sample_ix: usize, _point: HitPoint, _triangle: u8, sign: i8) {
         self.sums[sample_ix] += i32::from(sign);
         self.counts[sample_ix] += 1;
     }

@@ -2,7 +2,7 @@
 
 use super::blurred::{Blurred, with};
 use crate::sampling::hash::{Stream, hash, unit};
-use crate::sampling::inside::{depth_at, triangle_hit};
+use crate::sampling::inside::{HitPoint, depth_at, triangle_hit};
 use crate::sampling::nomotion::HitSink;
 use crate::sampling::{
     MovingGrid, PatternSpec, Rasterizer, Region, RegionSamples, SamplePattern, ShutterShape, Tuple,
@@ -116,9 +116,9 @@ impl HitSink for Nearest {
         self.quad = quad;
     }
 
-    fn hit(&mut self, sample_ix: usize, depth: f32, _triangle: u8, _sign: i8) {
-        if depth < self.found[sample_ix].0 {
-            self.found[sample_ix] = (depth, Some(self.quad));
+    fn hit(&mut self, sample_ix: usize, point: HitPoint, _triangle: u8, _sign: i8) {
+        if point.depth < self.found[sample_ix].0 {
+            self.found[sample_ix] = (point.depth, Some(self.quad));
         }
     }
 }

@@ -10,6 +10,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Bytes, Simd, SimdBase, f32x16, i16x32, i32x16, mask32x16};
 
+use super::permute::lookup;
 use super::scale_pairs::scale_pairs;
 use super::simd::LANES;
 
@@ -52,6 +53,12 @@ pub trait Lanes: Copy {
     fn shl(self, a: Self::I, by: u32) -> Self::I;
     /// Shifted right, sign kept.
     fn shr(self, a: Self::I, by: u32) -> Self::I;
+    /// Each shifted left by what `by` says, 0 to 31.
+    fn shl_each(self, a: Self::I, by: Self::I) -> Self::I;
+    /// Each shifted right by what `by` says, 0 to 31, sign kept.
+    fn shr_each(self, a: Self::I, by: Self::I) -> Self::I;
+    /// The lanes of `table` whose numbers are the lowest four bits of `ix`.
+    fn lookup(self, table: Self::I, ix: Self::I) -> Self::I;
     /// Where a > b.
     fn gt(self, a: Self::I, b: Self::I) -> Self::M;
     /// Where a = b.
@@ -109,6 +116,8 @@ pub trait Lanes: Copy {
     fn store_f(self, v: Self::F, values: &mut [f32], at: usize);
     /// Rounded to nearest even.
     fn to_f(self, a: Self::I) -> Self::F;
+    /// The bits of floats.
+    fn bits_of(self, a: Self::F) -> Self::I;
     /// Towards 0; of any value where the result is outside of -2^31..2^31.
     fn truncated(self, a: Self::F) -> Self::I;
     /// a + b.
@@ -189,6 +198,18 @@ impl<S: Simd> Lanes for S {
     #[inline(always)]
     fn shr(self, a: Self::I, by: u32) -> Self::I {
         a >> by
+    }
+    #[inline(always)]
+    fn shl_each(self, a: Self::I, by: Self::I) -> Self::I {
+        self.shlv_i32x16(a, by)
+    }
+    #[inline(always)]
+    fn shr_each(self, a: Self::I, by: Self::I) -> Self::I {
+        self.shrv_i32x16(a, by)
+    }
+    #[inline(always)]
+    fn lookup(self, table: Self::I, ix: Self::I) -> Self::I {
+        lookup(self, table, ix)
     }
     #[inline(always)]
     fn gt(self, a: Self::I, b: Self::I) -> Self::M {
@@ -290,6 +311,10 @@ impl<S: Simd> Lanes for S {
         a.to_float()
     }
     #[inline(always)]
+    fn bits_of(self, a: Self::F) -> Self::I {
+        a.bitcast()
+    }
+    #[inline(always)]
     fn truncated(self, a: Self::F) -> Self::I {
         a.to_int()
     }
@@ -338,15 +363,19 @@ mod tests {
     struct Pairs<'a>(&'a [i32; LANES], &'a [i32; LANES]);
 
     impl LanesKernel for Pairs<'_> {
-        type Output = [[i32; LANES]; 3];
+        type Output = [[i32; LANES]; 5];
 
         #[inline(always)]
         fn run<L: Lanes>(self, lanes: L) -> Self::Output {
             let (a, b) = (lanes.load(self.0, 0), lanes.load(self.1, 0));
-            let mut out = [[0; LANES]; 3];
+            let mut out = [[0; LANES]; 5];
             lanes.store(lanes.scale2(a, b), &mut out[0], 0);
             lanes.store(lanes.dot2(a, b), &mut out[1], 0);
             lanes.store(lanes.compress(a, lanes.gt(b, lanes.splat(0))), &mut out[2], 0);
+            lanes.store(lanes.lookup(a, b), &mut out[3], 0);
+            let by = lanes.and(b, lanes.splat(31));
+            let shifted = lanes.xor(lanes.shl_each(a, by), lanes.shr_each(a, by));
+            lanes.store(shifted, &mut out[4], 0);
             out
         }
     }
@@ -365,10 +394,14 @@ mod tests {
             let mut kept: Vec<i32> = (0..LANES).filter(|&i| b[i] > 0).map(|i| a[i]).collect();
             kept.resize(LANES, 0);
             for level in SimdLevel::all() {
-                let [scaled_too, dots_too, kept_too] = level.run_lanes(Pairs(&a, &b));
+                let [scaled_too, dots_too, kept_too, found, shifted] = level.run_lanes(Pairs(&a, &b));
                 prop_assert_eq!(scaled_too, scaled, "{:?}", level);
                 prop_assert_eq!(dots_too, dots, "{:?}", level);
                 prop_assert_eq!(&kept_too[..], &kept[..], "{:?}", level);
+                for i in 0..LANES {
+                    prop_assert_eq!(found[i], a[(b[i] & 15) as usize], "{:?}", level);
+                    prop_assert_eq!(shifted[i], a[i] << (b[i] & 31) ^ a[i] >> (b[i] & 31), "{:?}", level);
+                }
             }
         }
     }

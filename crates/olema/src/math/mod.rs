@@ -7,6 +7,7 @@ pub mod lanes;
 pub mod matrix;
 pub mod noise;
 pub mod noise_lanes;
+mod permute;
 mod reduce;
 mod scale_pairs;
 pub mod simd;

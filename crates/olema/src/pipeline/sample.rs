@@ -12,7 +12,9 @@ use crate::math::Vec3s;
 use crate::math::lanes::Lanes;
 use crate::sampling::inside::{HitPoint, Weights};
 use crate::sampling::interleave::rasterize_tuple;
-use crate::sampling::nomotion::{Facing, HitPoints, HitSink, SampleCounts, each_hit, rasterize_triangle};
+use crate::sampling::nomotion::{
+    Facing, HitPoints, HitSink, HitsApart, SampleCounts, each_hit, rasterize_triangle,
+};
 use crate::sampling::{
     Kernels, Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, Record, RegionSamples, SampleBuffer,
     SamplePattern, TransparentRecord, TransparentRecords, TupleTimes,
@@ -303,5 +305,21 @@ impl HitSink for Sink<'_> {
         let slots = self.slots;
         let order = |a, b| slots.order(a, b);
         self.kept |= self.nearest.offer_lanes(lanes, first, hits, points, payloads, &order);
+    }
+
+    #[inline(always)]
+    fn hits_apart(&mut self, hits: &HitsApart) {
+        if self.opacity.is_some() || self.part.is_some() {
+            for (micropolygon, sample_ix, point, triangle, sign) in hits.iter() {
+                self.begin(micropolygon);
+                self.hit(sample_ix, point, triangle, sign);
+            }
+            return;
+        }
+        let slots = self.slots;
+        for (micropolygon, sample_ix, point, triangle, _) in hits.iter() {
+            let hit = Record::new(point, Payload::new(self.slot, micropolygon, triangle));
+            self.kept |= self.nearest.offer(sample_ix, hit, &|a, b| slots.order(a, b));
+        }
     }
 }

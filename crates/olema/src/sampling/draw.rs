@@ -143,12 +143,6 @@ impl Micropolygon<'_> {
         &self.draw.grid
     }
 
-    /// Sides of it that can be hit.
-    #[inline(always)]
-    pub(super) fn facing(&self) -> Facing {
-        self.draw.facing
-    }
-
     /// Whether no tuple can see a side of it that can be hit.
     pub(super) fn faces_away(&self) -> bool {
         let Facing::Only(side) = self.draw.facing else { return false };

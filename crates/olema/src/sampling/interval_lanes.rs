@@ -17,8 +17,8 @@ use super::interval;
 use super::nomotion::{HitSink, SampleCounts};
 use super::packed::{Packed, PackedQuad, PackedVertex};
 use super::region::MOST_STEPS_PX;
-use super::test_lanes::{Depths, test};
-use super::tuple_lanes::StratumGroup;
+use super::stratum_lanes::StratumGroup;
+use super::test_lanes::{Depths, Shape, test};
 use crate::math::lanes::{Lanes, pair};
 use crate::math::simd::{LANES, LanesKernel, SimdLevel};
 
@@ -27,7 +27,7 @@ const ONE: i32 = 0x1_0001;
 
 /// Whether the kernel can draw this grid.
 pub(super) fn takes(draw: &MovingDraw) -> bool {
-    !draw.grid.times.lanes().strata.is_empty()
+    !draw.grid.times.stratum_groups().is_empty()
 }
 
 /// Rasterizes a grid that [`takes`] allows.
@@ -62,7 +62,7 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
         let draw = self.draw;
         let grid = &draw.grid;
         let (mut whole, mut apart) = (Packed::default(), Packed::default());
-        let fits = whole.pack(draw, 0..grid.num_vertices());
+        let fits = whole.pack(draw, std::iter::once(0..grid.num_vertices()));
         for quad in 0..grid.m * grid.n {
             let corners = grid.corners(quad % grid.m, quad / grid.m);
             if draw.is_skipped(corners) {
@@ -81,7 +81,7 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
                         PackedQuad { packed: &whole, at: micropolygon.vertices },
                     )
                 } else {
-                    apart.pack(draw, micropolygon.vertices.into_iter())
+                    apart.pack(draw, micropolygon.vertices.into_iter().map(|vertex| vertex..vertex + 1))
                         && self.draw_quad(
                             lanes,
                             &micropolygon,
@@ -103,7 +103,7 @@ impl<S: HitSink> Kernel<'_, S> {
         let mut tests = 0;
         // First and last pixel of all boxes.
         let (mut first_px, mut last_px) = ([i32::MAX; 2], [i32::MIN; 2]);
-        for group in &self.draw.grid.times.lanes().strata {
+        for group in self.draw.grid.times.stratum_groups() {
             let (first, last, num) = self.bound(lanes, packed, group);
             let sums = lanes.sum(num) as u32;
             if sums == 0 {
@@ -188,10 +188,11 @@ impl<S: HitSink> Kernel<'_, S> {
         let num = (last_px[0] - first_px[0] + 1) as usize * num_strata;
         let width = samples.region.width() as i32;
         let depths = Depths::of(micropolygon, 0);
+        let shape = Shape::of(micropolygon.triangles, self.draw.facing);
         let is_still = self.draw.grid.num_keys() == 1;
         let mut vertices = [PackedVertex::default(); 4];
         for (corner, vertex) in vertices.iter_mut().enumerate() {
-            *vertex = *packed.vertex(0, corner);
+            *vertex = packed.vertex(0, corner);
         }
         for row in first_px[1]..=last_px[1] {
             let first_of_row = (packed.frame(0).pixel_ix + row * width + first_px[0]) as usize * num_strata;
@@ -210,17 +211,18 @@ impl<S: HitSink> Kernel<'_, S> {
                 if !self.looked_at.is_empty() {
                     active &= lanes.bits(lanes.gt(lanes.load(&self.looked_at, j), lanes.splat(0)));
                 }
-                let tested = test(lanes, micropolygon, place, &at, active);
+                let tested = test(lanes, shape, place, &at, active);
                 let [hit0, hit1] = tested.hit;
                 if hit0 | hit1 == 0 {
                     continue;
                 }
                 self.counts.hits += u64::from((hit0 | hit1).count_ones());
                 let t = lanes.mul_f(lanes.to_f(lanes.shr(local, 16)), lanes.splat_f(1.0 / 32_768.0));
-                let (points, negative) = tested.points(lanes, &depths, t, hit0);
+                let z = depths.all_at(lanes, t);
+                let (points, negative) = tested.points(lanes, z, hit0);
                 self.sink.hits(lanes, first, [hit0, hit1 & !hit0], points, negative);
                 if hit0 & hit1 != 0 {
-                    let (points, negative) = tested.points(lanes, &depths, t, 0);
+                    let (points, negative) = tested.points(lanes, z, 0);
                     self.sink.hits(lanes, first, [0, hit0 & hit1], points, negative);
                 }
             }

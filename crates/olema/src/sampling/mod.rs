@@ -16,8 +16,8 @@
 //!   [`interleave`], [`boundingbox`], [`simple`], and [`auto`] picks one. [`Rasterizer`] is the door to all.
 //!   They test different samples and hit the same.
 //! - `nomotion_lanes`, `interval_lanes` and `interleave_lanes` do the work of their scalar twins with vector instructions,
-//!   on vertices in 16 bits (`packed`) and tuples as vectors (`tuple_lanes`); `test_lanes` is the exact test of the latter
-//!   two. [`Kernels`] says which are used.
+//!   on vertices in 16 bits (`packed`), strata as vectors (`stratum_lanes`) and pixels that hold a tuple as bits (`rows`);
+//!   `test_lanes` is the exact test of the latter two. [`Kernels`] says which are used.
 //! - [`buffer`] and [`transparent`] keep what was hit.
 
 pub mod auto;
@@ -39,13 +39,14 @@ mod packed;
 pub mod pattern;
 pub mod rasterizer;
 pub mod region;
+mod rows;
 pub mod shutter;
 pub mod simple;
 mod sobol;
 pub mod strata;
+mod stratum_lanes;
 mod test_lanes;
 pub mod transparent;
-mod tuple_lanes;
 
 pub use buffer::{Payload, Record, SampleBuffer};
 pub use draw::{Kernels, Micropolygon, Micropolygons, MovingDraw};

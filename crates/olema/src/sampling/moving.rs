@@ -19,10 +19,12 @@
 //! 2^46, positions within 3 * 2^28, and an edge function of such positions and samples within
 //! 2 * (3 * 2^29)^2 = 9 * 2^59 < 2^63: nothing overflows an i64.
 
+use std::ops::Range;
+
 use super::inside::{GUARD_BAND, greater, lesser};
 use super::nomotion::GridView;
 use super::pattern::{SamplePattern, StratumBounds, Tuple};
-use super::tuple_lanes::TupleLanes;
+use super::stratum_lanes::{StratumGroup, stratum_groups};
 
 /// Largest radius of a circle of confusion, in 1/256 px.
 pub const COC_LIMIT: i32 = 1 << 28;
@@ -44,7 +46,7 @@ pub struct TupleTimes {
     key_times: Vec<f32>,
     tuples: Vec<LocalTime>,
     strata: Vec<[LocalTime; 2]>,
-    lanes: TupleLanes,
+    lanes: Vec<StratumGroup>,
 }
 
 impl TupleTimes {
@@ -59,18 +61,21 @@ impl TupleTimes {
                     && key_times.windows(2).all(strictly)),
             "key times {key_times:?}"
         );
-        let (tuples, strata, lanes) = (Vec::new(), Vec::new(), TupleLanes::new(pattern, &[], 0));
-        let mut times = TupleTimes { key_times: key_times.to_vec(), tuples, strata, lanes };
+        let mut times = TupleTimes {
+            key_times: key_times.to_vec(),
+            tuples: Vec::new(),
+            strata: Vec::new(),
+            lanes: stratum_groups(pattern, key_times.len().max(1)),
+        };
         times.tuples = pattern.tuples().iter().map(|tuple| times.locate(tuple.t15)).collect();
         times.strata = (0..pattern.samples_per_pixel())
             .map(|stratum| pattern.stratum_bounds(stratum).t15.map(|t15| times.locate(t15)))
             .collect();
-        times.lanes = TupleLanes::new(pattern, &times.tuples, times.num_keys());
         times
     }
 
-    /// The tuples as vectors.
-    pub(super) fn lanes(&self) -> &TupleLanes {
+    /// The strata as vectors; none where there is more than one segment.
+    pub(super) fn stratum_groups(&self) -> &[StratumGroup] {
         &self.lanes
     }
 
@@ -189,6 +194,18 @@ impl<'a> MovingGrid<'a> {
     pub(crate) fn ends(&self, vertex: usize, segment: u16) -> [usize; 2] {
         let from = usize::from(segment) * self.num_vertices() + vertex;
         [from, if self.num_keys() == 1 { from } else { from + self.num_vertices() }]
+    }
+
+    /// Values of a range of vertices at the keys before and after a segment.
+    #[inline(always)]
+    pub(super) fn ends_of<'v, T>(
+        &self,
+        values: &'v [T],
+        vertices: &Range<usize>,
+        segment: usize,
+    ) -> [&'v [T]; 2] {
+        let [from, to] = self.ends(vertices.start, segment as u16);
+        [&values[from..from + vertices.len()], &values[to..to + vertices.len()]]
     }
 
     /// Position of a vertex for a tuple, whose local time is `time`.

@@ -36,6 +36,53 @@ pub trait HitSink {
     ) {
         each_hit(self, lanes, first, hits, points, negative);
     }
+
+    /// Takes hits of several micropolygons; what comes after belongs to the last of them.
+    #[inline(always)]
+    fn hits_apart(&mut self, hits: &HitsApart) {
+        for (micropolygon, sample_ix, point, triangle, sign) in hits.iter() {
+            self.begin(micropolygon);
+            self.hit(sample_ix, point, triangle, sign);
+        }
+    }
+}
+
+/// Hits of samples and micropolygons that lie apart, up to one a lane.
+pub struct HitsApart<'a> {
+    /// Lanes in which triangle 0 or triangle 1 is hit; not both.
+    pub hits: [u32; 2],
+    /// Lanes seen from side -1.
+    pub negative: u32,
+    /// Samples of the region.
+    pub samples: &'a [i32; LANES],
+    /// Micropolygons of the grid.
+    pub micropolygons: &'a [i32; LANES],
+    /// Depths.
+    pub depth: &'a [f32; LANES],
+    /// The bits of [`Weights`].
+    pub weights: &'a [i32; LANES],
+}
+
+impl HitsApart<'_> {
+    /// Micropolygon, sample, point, triangle and sign of each.
+    #[inline(always)]
+    pub fn iter(&self) -> impl Iterator<Item = (u32, usize, HitPoint, u8, i8)> + '_ {
+        let mut left = (self.hits[0] | self.hits[1]) & 0xffff;
+        std::iter::from_fn(
+            #[inline(always)]
+            move || {
+                if left == 0 {
+                    return None;
+                }
+                let lane = left.trailing_zeros() as usize & (LANES - 1);
+                left &= left - 1;
+                let point = HitPoint { depth: self.depth[lane], weights: Weights(self.weights[lane] as u32) };
+                let triangle = (self.hits[1] >> lane & 1) as u8;
+                let sign = if self.negative >> lane & 1 == 1 { -1 } else { 1 };
+                Some((self.micropolygons[lane] as u32, self.samples[lane] as usize, point, triangle, sign))
+            },
+        )
+    }
 }
 
 /// A [`HitPoint`] a lane.

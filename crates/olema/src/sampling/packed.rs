@@ -8,10 +8,13 @@
 //! and vertices within [`MOST`] of each other at both keys, so that differences of positions and edge functions of
 //! samples among them stay within 16 and 32 bits (see [`super::moving`]: rounded terms stay between the keys').
 
+use std::ops::Range;
+
 use super::draw::MovingDraw;
 use super::moving::{Extent, MovingGrid};
 use super::region::Region;
 use crate::math::lanes::pair;
+use crate::math::simd::LANES;
 
 /// Greatest distance in 1/256 px: 125 px.
 pub(super) const MOST: i32 = 32_000;
@@ -39,6 +42,8 @@ pub(super) struct Frame {
     pub first_px: i32,
     /// See `first_px`.
     pub last_px: i32,
+    /// Pixels from the region's corner to the origin.
+    pub offset: [i32; 2],
     /// Index in the region of the origin's pixel, which may lie outside of it.
     pub pixel_ix: i32,
 }
@@ -50,79 +55,130 @@ impl Frame {
         Frame {
             first_px: pair(near(region.x0, 0), near(region.y0, 1)),
             last_px: pair(near(region.x1 - 1, 0), near(region.y1 - 1, 1)),
+            offset: [origin[0].wrapping_sub(region.x0), origin[1].wrapping_sub(region.y0)],
             pixel_ix: (origin[1].wrapping_sub(region.y0).wrapping_mul(region.width() as i32))
                 .wrapping_add(origin[0].wrapping_sub(region.x0)),
         }
     }
 }
 
-/// Packs `vertices` over a segment into `packed`, one after the other; their frame, or nothing where they do not fit.
-fn pack(
+/// Vertices over a motion segment, with room for a whole vector after the last one.
+#[derive(Debug, Default)]
+pub(super) struct PackedSegment {
+    /// Where they are.
+    pub frame: Frame,
+    /// See [`PackedVertex`].
+    pub place: Vec<i32>,
+    /// See [`PackedVertex`].
+    pub motion: Vec<i32>,
+    /// See [`PackedVertex`].
+    pub coc: Vec<i32>,
+    /// See [`PackedVertex`].
+    pub coc_change: Vec<i32>,
+    /// Whether all are in focus.
+    pub is_sharp: bool,
+    /// Depths at the first and the second key.
+    pub depth: [Vec<f32>; 2],
+}
+
+impl PackedSegment {
+    /// Packs ranges of vertices, one after the other; whether they fit.
+    fn pack(
+        &mut self,
+        grid: &MovingGrid,
+        segment: usize,
+        vertices: impl Iterator<Item = Range<usize>> + Clone,
+        region: &Region,
+    ) -> bool {
+        let Some(origin) = origin(grid, segment, vertices.clone()) else { return false };
+        let PackedSegment { place, motion, coc, coc_change, depth, .. } = self;
+        [&mut *place, &mut *motion, &mut *coc, &mut *coc_change].into_iter().for_each(Vec::clear);
+        depth.iter_mut().for_each(Vec::clear);
+        let zero = origin.map(|px| px * 256);
+        for range in vertices {
+            let [x, y] = [&grid.x, &grid.y].map(|values| grid.ends_of(values, &range, segment));
+            let both = || x[0].iter().zip(x[1]).zip(y[0].iter().zip(y[1]));
+            place.extend(both().map(|((x, _), (y, _))| pair(x - zero[0], y - zero[1])));
+            motion.extend(both().map(|((x0, x1), (y0, y1))| pair(x1 - x0, y1 - y0)));
+            if !grid.coc.is_empty() {
+                let [c0, c1] = grid.ends_of(grid.coc, &range, segment);
+                coc.extend(c0.iter().map(|&c| pair(c, c)));
+                coc_change.extend(c0.iter().zip(c1).map(|(c0, c1)| pair(c1 - c0, c1 - c0)));
+            }
+            let z = grid.ends_of(grid.depth, &range, segment);
+            depth.iter_mut().zip(z).for_each(|(depth, z)| depth.extend_from_slice(z));
+        }
+        self.is_sharp = coc.iter().chain(&*coc_change).all(|&coc| coc == 0);
+        let len = place.len() + LANES;
+        for values in [place, motion, coc, coc_change] {
+            values.resize(len, values.last().copied().unwrap_or_default());
+        }
+        depth.iter_mut().for_each(|depth| depth.resize(len, 0.0));
+        self.frame = Frame::new(origin, region);
+        true
+    }
+
+    /// A vertex.
+    #[inline(always)]
+    pub fn vertex(&self, ix: usize) -> PackedVertex {
+        PackedVertex {
+            place: self.place[ix],
+            motion: self.motion[ix],
+            coc: self.coc[ix],
+            coc_change: self.coc_change[ix],
+        }
+    }
+}
+
+/// The pixel from which vertices are packed; nothing where they do not fit.
+fn origin(
     grid: &MovingGrid,
     segment: usize,
-    vertices: impl Iterator<Item = usize> + Clone,
-    region: &Region,
-    packed: &mut Vec<PackedVertex>,
-) -> Option<Frame> {
-    let at = |ix: usize| [grid.x[ix], grid.y[ix]];
-    let coc = |ix: usize| if grid.coc.is_empty() { 0 } else { grid.coc[ix] };
+    vertices: impl Iterator<Item = Range<usize>>,
+) -> Option<[i32; 2]> {
     let mut boxes = [Extent::EMPTY; 2];
     let (mut most_coc, mut most_motion) = (0, 0);
-    for ends in vertices.clone().map(|vertex| grid.ends(vertex, segment as u16)) {
-        for (extent, end) in boxes.iter_mut().zip(ends) {
-            extent.add(Extent { least: at(end), most: at(end) });
-            most_coc = most_coc.max(coc(end).abs());
+    for range in vertices {
+        for (axis, values) in [grid.x, grid.y].into_iter().enumerate() {
+            let [from, to] = grid.ends_of(values, &range, segment);
+            for (extent, values) in boxes.iter_mut().zip([from, to]) {
+                extent.least[axis] = values.iter().fold(extent.least[axis], |least, &v| least.min(v));
+                extent.most[axis] = values.iter().fold(extent.most[axis], |most, &v| most.max(v));
+            }
+            most_motion = from.iter().zip(to).fold(most_motion, |most, (a, b)| most.max((b - a).abs()));
         }
-        let [from, to] = ends.map(at);
-        most_motion = most_motion.max((to[0] - from[0]).abs()).max((to[1] - from[1]).abs());
+        if !grid.coc.is_empty() {
+            let [c0, c1] = grid.ends_of(grid.coc, &range, segment);
+            most_coc = c0.iter().chain(c1).fold(most_coc, |most, c| most.max(c.abs()));
+        }
     }
     let mut all = boxes[0];
     all.add(boxes[1]);
     let is_small = |extent: &Extent, most: i32| {
         [0, 1].iter().all(|&axis| extent.most[axis] - extent.least[axis] <= most - 2 * most_coc)
     };
-    if most_coc > MOST / 4 || most_motion > MOST || !boxes.iter().all(|extent| is_small(extent, MOST)) {
-        return None;
-    }
-    let origin = [0, 1].map(|axis| ((all.least[axis] + all.most[axis]) >> 9) & -ALIGN);
-    let zero = origin.map(|px| px * 256);
     // The middle is rounded down by less than 8 pixels.
-    if !is_small(&all, 2 * (MOST - 256 * ALIGN)) {
-        return None;
-    }
-    packed.extend(vertices.map(|vertex| {
-        let ends = grid.ends(vertex, segment as u16);
-        let ([from, to], [c0, c1]) = (ends.map(at), ends.map(coc));
-        PackedVertex {
-            place: pair(from[0] - zero[0], from[1] - zero[1]),
-            motion: pair(to[0] - from[0], to[1] - from[1]),
-            coc: pair(c0, c0),
-            coc_change: pair(c1 - c0, c1 - c0),
-        }
-    }));
-    Some(Frame::new(origin, region))
+    let fits = most_coc <= MOST / 4
+        && most_motion <= MOST
+        && boxes.iter().all(|extent| is_small(extent, MOST))
+        && is_small(&all, 2 * (MOST - 256 * ALIGN));
+    fits.then(|| [0, 1].map(|axis| ((all.least[axis] + all.most[axis]) >> 9) & -ALIGN))
 }
 
 /// Vertices over all segments.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(super) struct Packed {
-    vertices: Vec<Vec<PackedVertex>>,
-    frames: Vec<Frame>,
+    /// One after the other.
+    pub segments: Vec<PackedSegment>,
 }
 
 impl Packed {
-    /// Packs vertices; whether they fit in all segments.
-    pub fn pack(&mut self, draw: &MovingDraw, vertices: impl Iterator<Item = usize> + Clone) -> bool {
+    /// Packs ranges of vertices, one after the other; whether they fit in all segments.
+    pub fn pack(&mut self, draw: &MovingDraw, vertices: impl Iterator<Item = Range<usize>> + Clone) -> bool {
         let num_segments = (draw.grid.num_keys() - 1).max(1);
-        self.vertices.resize_with(num_segments, Vec::new);
-        self.frames.clear();
-        for (segment, packed) in self.vertices.iter_mut().enumerate() {
-            packed.clear();
-            let frame = pack(&draw.grid, segment, vertices.clone(), &draw.samples.region, packed);
-            let Some(frame) = frame else { return false };
-            self.frames.push(frame);
-        }
-        true
+        self.segments.resize_with(num_segments, PackedSegment::default);
+        let mut segments = self.segments.iter_mut().enumerate();
+        segments.all(|(ix, segment)| segment.pack(&draw.grid, ix, vertices.clone(), &draw.samples.region))
     }
 }
 
@@ -136,12 +192,12 @@ pub(super) struct PackedQuad<'a> {
 
 impl PackedQuad<'_> {
     #[inline(always)]
-    pub fn vertex(&self, segment: usize, corner: usize) -> &PackedVertex {
-        &self.packed.vertices[segment][self.at[corner]]
+    pub fn vertex(&self, segment: usize, corner: usize) -> PackedVertex {
+        self.packed.segments[segment].vertex(self.at[corner])
     }
 
     #[inline(always)]
     pub fn frame(&self, segment: usize) -> &Frame {
-        &self.packed.frames[segment]
+        &self.packed.segments[segment].frame
     }
 }

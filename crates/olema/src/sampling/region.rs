@@ -3,7 +3,10 @@
 //! In: a [`SamplePattern`] and a [`Region`]. Out: [`RegionSamples`], the place and tuple of each sample in
 //! one array, so that inner loops neither hash nor permute.
 
+use std::sync::OnceLock;
+
 use super::pattern::SamplePattern;
+use super::rows::TupleRows;
 use crate::math::lanes::pair;
 use crate::math::simd::LANES;
 
@@ -54,17 +57,8 @@ impl Region {
     }
 }
 
-/// Tuples of a pattern up to which [`RegionSamples`] keeps a bit for each of them in each pixel.
-const MOST_HELD: usize = 1024;
-
 /// Pixels of a row for which [`RegionSamples`] tells how far right of the first one they are.
 pub(super) const MOST_STEPS_PX: usize = 32;
-
-/// Bits of a place in time, for N tuples.
-#[inline(always)]
-pub(super) fn held_log(num_tuples: usize) -> u32 {
-    num_tuples.next_power_of_two().trailing_zeros()
-}
 
 /// The samples of a region: sample j of pixel (px, py) has index `pixel_ix(px, py) * M + j`.
 #[derive(Debug, Clone)]
@@ -77,11 +71,8 @@ pub struct RegionSamples {
     pub offsets: Vec<[u8; 2]>,
     /// Tuple of each sample, an index into [`SamplePattern::tuples`].
     pub tuples: Vec<u32>,
-    /// Bit `pixel_ix << held_log | place` tells whether a pixel holds the tuple at that place of
-    /// [`SamplePattern::by_time`]; empty where N is above [`MOST_HELD`].
-    held: Vec<u64>,
-    /// Place of each tuple in the order of time.
-    place_in_time: Vec<u32>,
+    /// Made when they are first asked for.
+    rows: OnceLock<Option<TupleRows>>,
     places: Vec<i32>,
     lens: Vec<i32>,
     times: Vec<i32>,
@@ -100,8 +91,7 @@ impl RegionSamples {
             grid: pattern.strata().grid,
             offsets: Vec::new(),
             tuples: Vec::new(),
-            held: Vec::new(),
-            place_in_time: Vec::new(),
+            rows: OnceLock::new(),
             places: Vec::new(),
             lens: Vec::new(),
             times: Vec::new(),
@@ -121,16 +111,6 @@ impl RegionSamples {
         self.region = region;
         self.grid = pattern.strata().grid;
         self.find_sets(pattern);
-        let num_tuples = pattern.tuples().len();
-        self.place_in_time.clear();
-        self.place_in_time.resize(num_tuples, 0);
-        for (place, &ix) in (0..).zip(pattern.by_time()) {
-            self.place_in_time[ix as usize] = place;
-        }
-        self.held.clear();
-        if num_tuples <= MOST_HELD {
-            self.held.resize((region.num_pixels() << held_log(num_tuples)).div_ceil(64), 0);
-        }
         self.offsets.clear();
         self.tuples.clear();
         self.offsets.reserve(region.num_pixels() * num_strata as usize);
@@ -161,14 +141,7 @@ impl RegionSamples {
         self.steps.clear();
         let num_steps = MOST_STEPS_PX * num_strata as usize + LANES;
         self.steps.extend((0..num_steps).map(|j| pair((j / num_strata as usize) as i32 * 256, 0)));
-        if !self.held.is_empty() {
-            for (pixel_ix, tuples) in self.tuples.chunks(num_strata as usize).enumerate() {
-                for &ix in tuples {
-                    let bit = (pixel_ix << held_log(num_tuples)) | self.place_in_time[ix as usize] as usize;
-                    self.held[bit / 64] |= 1 << (bit % 64);
-                }
-            }
-        }
+        self.rows.take();
     }
 
     /// Place of each sample in its pixel as a pair of 16 bits, and 16 more of any.
@@ -196,10 +169,10 @@ impl RegionSamples {
         &self.steps
     }
 
-    /// Which pixel holds which tuple, a bit each; see the field.
+    /// Which pixels hold which tuple of the pattern that these samples are of; nothing where the region is too large.
     #[inline(always)]
-    pub(super) fn held(&self) -> &[u64] {
-        &self.held
+    pub(super) fn rows(&self, pattern: &SamplePattern) -> Option<&TupleRows> {
+        self.rows.get_or_init(|| TupleRows::new(pattern, self)).as_ref()
     }
 
     /// Looks up the set of each tile once.

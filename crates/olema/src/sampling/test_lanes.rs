@@ -1,32 +1,35 @@
 //! The exact test of up to 16 samples of a moving micropolygon, a lane each.
 //!
 //! In: positions of the vertices for each sample's tuple, and its place, as pairs of 16 bits ([`super::packed`]). Out:
-//! hits with the depth of [`super::inside`], bit for bit, to the sink; counted. Twin: [`Micropolygon::test`].
+//! which samples are hit, and where, as by [`super::inside`], bit for bit. Twin: [`Micropolygon::test`].
 
-use super::draw::Micropolygon;
-use super::inside::{HitPoint, WEIGHT_PARTS, Weights};
-use super::nomotion::{Facing, HitPoints, HitSink, SampleCounts};
+use super::draw::{Micropolygon, Triangle};
+use super::inside::WEIGHT_PARTS;
+use super::nomotion::{Facing, HitPoints};
 use crate::math::lanes::Lanes;
-use crate::math::simd::LANES;
 
-/// Samples to test; those from `num` on are not looked at.
-pub(super) struct Kept {
-    /// Lanes in use, from the first.
-    pub num: usize,
-    /// Index in the region.
-    pub sample: [i32; LANES],
-    /// Place, as the vertices.
-    pub place: [i32; LANES],
-    /// Positions of the vertices.
-    pub at: [[i32; LANES]; 4],
-    /// Local time.
-    pub t: [f32; LANES],
+/// What of a micropolygon can be hit.
+#[derive(Clone, Copy)]
+pub(super) struct Shape {
+    /// All bits where it has the triangle.
+    triangles: [u32; 2],
+    facing: Facing,
 }
 
-impl Kept {
+impl Shape {
+    /// A quad.
     #[inline(always)]
-    pub fn new(num: usize) -> Self {
-        Kept { num, sample: [0; LANES], place: [0; LANES], at: [[0; LANES]; 4], t: [0.0; LANES] }
+    pub fn whole(facing: Facing) -> Self {
+        Shape { triangles: [u32::MAX; 2], facing }
+    }
+
+    #[inline(always)]
+    pub fn of(triangles: &[Triangle], facing: Facing) -> Self {
+        let mut shape = Shape { triangles: [0; 2], facing };
+        for &(number, _) in triangles {
+            shape.triangles[number as usize] = u32::MAX;
+        }
+        shape
     }
 }
 
@@ -45,6 +48,12 @@ impl Depths {
         Depths { ends, is_level: ends.iter().all(|[z0, z1]| z0.to_bits() == z1.to_bits()) }
     }
 
+    /// Depths of the vertices at local times `t`.
+    #[inline(always)]
+    pub fn all_at<L: Lanes>(&self, lanes: L, t: L::F) -> [L::F; 4] {
+        [self.at(lanes, 0, t), self.at(lanes, 1, t), self.at(lanes, 2, t), self.at(lanes, 3, t)]
+    }
+
     /// Depth of a vertex at local times `t`, as [`super::MovingGrid::depth_at`].
     #[inline(always)]
     fn at<L: Lanes>(&self, lanes: L, corner: usize, t: L::F) -> L::F {
@@ -52,10 +61,16 @@ impl Depths {
         if self.is_level {
             return lanes.splat_f(z0);
         }
-        let (least, most) = (super::inside::lesser(z0, z1), super::inside::greater(z0, z1));
-        let depth = lanes.add_f(lanes.splat_f(z0), lanes.mul_f(t, lanes.splat_f(z1 - z0)));
-        lanes.lesser(lanes.greater(depth, lanes.splat_f(least)), lanes.splat_f(most))
+        depth_between(lanes, lanes.splat_f(z0), lanes.splat_f(z1), t)
     }
+}
+
+/// Depth from those at the keys before and after, as [`super::MovingGrid::depth_at`].
+#[inline(always)]
+pub(super) fn depth_between<L: Lanes>(lanes: L, z0: L::F, z1: L::F, t: L::F) -> L::F {
+    let (least, most) = (lanes.lesser(z0, z1), lanes.greater(z0, z1));
+    let depth = lanes.add_f(z0, lanes.mul_f(t, lanes.sub_f(z1, z0)));
+    lanes.lesser(lanes.greater(depth, least), most)
 }
 
 /// Where the perturbed sign of an edge function is negative; the edge runs between vertices with these keys.
@@ -91,13 +106,7 @@ pub(super) struct Tested<L: Lanes> {
 
 /// Tests samples at `place` against a micropolygon whose vertices are `at`, in the lanes that are `active`.
 #[inline(always)]
-pub(super) fn test<L: Lanes>(
-    lanes: L,
-    micropolygon: &Micropolygon,
-    place: L::I,
-    at: &[L::I; 4],
-    active: u32,
-) -> Tested<L> {
+pub(super) fn test<L: Lanes>(lanes: L, shape: Shape, place: L::I, at: &[L::I; 4], active: u32) -> Tested<L> {
     let zero = lanes.splat(0);
     // `array::map` is not inlined.
     let (mut rel, mut turned, mut key) = ([zero; 4], [zero; 4], [zero; 4]);
@@ -119,68 +128,27 @@ pub(super) fn test<L: Lanes>(
     let n30 = below(lanes, e30, key[3], key[0]);
     let area0 = lanes.add(lanes.add(e01, e12), e20);
     let area1 = lanes.sub(lanes.add(e23, e30), e20);
-    let mut hit = [0; 2];
-    for &(number, _) in micropolygon.triangles {
-        hit[number as usize] = active;
-    }
-    let facing = micropolygon.facing();
-    hit[0] &= !((n01 ^ n12) | (n12 ^ n20)) & shown(lanes, area0, facing);
-    hit[1] &= !((n23 ^ n30) | (n30 ^ !n20)) & shown(lanes, area1, facing);
+    let facing = shape.facing;
+    let hit = [
+        active & shape.triangles[0] & !((n01 ^ n12) | (n12 ^ n20)) & shown(lanes, area0, facing),
+        active & shape.triangles[1] & !((n23 ^ n30) | (n30 ^ !n20)) & shown(lanes, area1, facing),
+    ];
     Tested { hit, e01, e20, e30, area: [area0, area1] }
 }
 
 impl<L: Lanes> Tested<L> {
     /// The points that are hit, and bits of those that are seen from side -1: of the first triangle in the lanes `first`,
-    /// else of the second; at local times `t`.
+    /// else of the second; the vertices are at depths `z`.
     #[inline(always)]
-    pub fn points(&self, lanes: L, depths: &Depths, t: L::F, first: u32) -> (HitPoints<L>, u32) {
+    pub fn points(&self, lanes: L, z: [L::F; 4], first: u32) -> (HitPoints<L>, u32) {
         let (zero, first) = (lanes.splat(0), lanes.mask(first));
         let w1 = lanes.select(first, self.e20, self.e30);
         let w2 = lanes.select(first, self.e01, lanes.sub(zero, self.e20));
         let area = lanes.select(first, self.area[0], self.area[1]);
-        let z2 = depths.at(lanes, 2, t);
-        let za = lanes.select_f(first, depths.at(lanes, 1, t), z2);
-        let zb = lanes.select_f(first, z2, depths.at(lanes, 3, t));
+        let (za, zb) = (lanes.select_f(first, z[1], z[2]), lanes.select_f(first, z[2], z[3]));
         let upper = upper_weights(lanes, w1, w2, lanes.div_f(lanes.splat_f(1.0), lanes.to_f(area)));
-        let depth = plane(lanes, upper, [depths.at(lanes, 0, t), za, zb]);
+        let depth = plane(lanes, upper, [z[0], za, zb]);
         (HitPoints { depth, weights: weights(lanes, upper) }, lanes.bits(lanes.gt(zero, area)))
-    }
-}
-
-/// Tests samples that lie apart, and hands the hits to the sink.
-#[inline(always)]
-pub(super) fn test_kept<L: Lanes, S: HitSink>(
-    lanes: L,
-    micropolygon: &Micropolygon,
-    depths: &Depths,
-    kept: &Kept,
-    counts: &mut SampleCounts,
-    sink: &mut S,
-) {
-    let mut at = [lanes.splat(0); 4];
-    for (at, kept) in at.iter_mut().zip(&kept.at) {
-        *at = lanes.load(kept, 0);
-    }
-    let active = 0xffff_u32 >> (LANES - kept.num);
-    let tested = test(lanes, micropolygon, lanes.load(&kept.place, 0), &at, active);
-    let mut rest = tested.hit;
-    counts.hits += u64::from((rest[0] | rest[1]).count_ones());
-    while rest[0] | rest[1] != 0 {
-        // Where both triangles of a folded quad are hit, the second is for another turn.
-        let (points, negative) = tested.points(lanes, depths, lanes.load_f(&kept.t, 0), rest[0]);
-        let (mut out, mut weights) = ([0.0; LANES], [0; LANES]);
-        lanes.store_f(points.depth, &mut out, 0);
-        lanes.store(points.weights, &mut weights, 0);
-        let mut bits = rest[0] | rest[1];
-        while bits != 0 {
-            let lane = bits.trailing_zeros() as usize & (LANES - 1);
-            let triangle = (rest[0] >> lane & 1 ^ 1) as u8;
-            let sign = if negative >> lane & 1 == 1 { -1 } else { 1 };
-            let point = HitPoint { depth: out[lane], weights: Weights(weights[lane] as u32) };
-            sink.hit(kept.sample[lane] as usize, point, triangle, sign);
-            bits &= bits - 1;
-        }
-        rest = [0, rest[0] & rest[1]];
     }
 }
 
@@ -194,8 +162,10 @@ pub(super) fn upper_weights<L: Lanes>(lanes: L, w1: L::I, w2: L::I, r: L::F) -> 
 #[inline(always)]
 pub(super) fn weights<L: Lanes>(lanes: L, [b1, b2]: [L::F; 2]) -> L::I {
     let (parts, most) = (lanes.splat_f(WEIGHT_PARTS), lanes.splat_f(65_535.0));
-    let part = |b: L::F| lanes.truncated(lanes.lesser(lanes.mul_f(b, parts), most));
-    lanes.or(part(b1), lanes.shl(part(b2), 16))
+    // A closure would not be inlined.
+    let first = lanes.truncated(lanes.lesser(lanes.mul_f(b1, parts), most));
+    let second = lanes.truncated(lanes.lesser(lanes.mul_f(b2, parts), most));
+    lanes.or(first, lanes.shl(second, 16))
 }
 
 /// Depth from the weights of the second and third vertex, as [`super::inside::depth_at`].

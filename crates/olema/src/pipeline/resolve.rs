@@ -155,13 +155,20 @@ fn color_at((grid, colors): (&Grid, &Colors), hit: &Record) -> [f32; 3] {
 #[inline(always)]
 fn mix(grid: &Grid, values: [&[f32]; 3], hit: &Record) -> [f32; 3] {
     let micropolygon = hit.payload.micropolygon() as usize;
+    let [x, y, z] = values;
     if grid.look.interpolation == ShadingInterpolation::Constant {
         let v0 = grid.corners(micropolygon)[0];
-        return values.map(|values| values[v0]);
+        return [x[v0], y[v0], z[v0]];
     }
-    let [v0, v1, v2] = triangles(grid, micropolygon)[hit.payload.triangle() as usize];
-    let [w0, w1, w2] = hit.weights.get();
-    values.map(|values| values[v0] * w0 + values[v1] * w1 + values[v2] * w2)
+    let v = triangles(grid, micropolygon)[hit.payload.triangle() as usize];
+    let w = hit.weights.get();
+    // Written out: `array::map` is a call for each.
+    [between(x, v, w), between(y, v, w), between(z, v, w)]
+}
+
+#[inline(always)]
+fn between(values: &[f32], v: [usize; 3], w: [f32; 3]) -> f32 {
+    values[v[0]] * w[0] + values[v[1]] * w[1] + values[v[2]] * w[2]
 }
 
 /// Weights of a filter at every place that a sample of the pattern can have.

@@ -13,7 +13,7 @@
 //! ```
 //!
 //! Algorithm 1 walks up once for each sample that is written. Here what is written only marks leaves, and all nodes
-//! above them, as stale; a node that a query reads is computed then, from its samples ([`super::leaf_lanes`]) or from
+//! above them, as stale; a node that a query reads is computed then, from its samples (`leaf_lanes`) or from
 //! its children: the same values, as maxima do not depend on the order. Of the leaves that are written most are never
 //! read, or not before they were written again. A node under which nothing was hit yet is blank: it holds no
 //! values and need not be filled. The nearest depth is kept with the sign turned, so that every float of a node is the
@@ -211,7 +211,7 @@ impl TzPyramid {
         }
     }
 
-    /// Takes in what was drawn since the buffer's marks were cleared: see [`Self::list_written`].
+    /// Marks the leaves of `pixels`, inclusive, in which a record was written since the buffer's marks were cleared.
     pub fn update(&mut self, buffer: &SampleBuffer, pixels: [i32; 4]) {
         let mut leaves = Vec::new();
         self.list_written(buffer, pixels, &mut leaves);

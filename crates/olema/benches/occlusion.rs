@@ -46,7 +46,7 @@ impl Tile {
         let mut occluders = Occluders::new(&plan);
         occluders.renew(&self.samples);
         occluders.drew([0, 63, 0, 63]);
-        occluders.update(&self.samples, &mut self.buffer.clone());
+        occluders.update(&mut self.buffer.clone());
         occluders
     }
 }
@@ -76,7 +76,7 @@ fn updates(c: &mut Criterion) {
         group.bench_function(format!("no sample was hit/{name}"), |b| {
             b.iter(|| {
                 occluders.drew(black_box(grid));
-                occluders.update(&tile.samples, &mut tile.buffer);
+                occluders.update(&mut tile.buffer);
             });
         });
         // One depth after the other, so that every leaf of the box changes each time.
@@ -93,7 +93,7 @@ fn updates(c: &mut Criterion) {
                 },
                 |buffer| {
                     occluders.drew(black_box(grid));
-                    occluders.update(&tile.samples, buffer);
+                    occluders.update(buffer);
                 },
                 criterion::BatchSize::SmallInput,
             );

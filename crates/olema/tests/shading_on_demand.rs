@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use glam::Vec3;
 use olema::engine::Bench;
-use olema::pipeline::shade::{ShadedGrid, Shader, VertexSet};
+use olema::pipeline::shade::{ShadeLists, ShadedGrid, Shader, VertexSet};
 use olema::scene::{Attributes, Geometry, Keyed, PatchKind, PatchMesh, Points, Primitive, Transform};
 use olema::shading::{
     Inputs, OpacityUse, PlacedLight, ShadedPoints, ShaderTraits, ShadingPoints, SurfaceShader,
@@ -89,9 +89,9 @@ fn a_vertex_is_shaded_once_and_looks_as_if_all_were() {
     let (all, count) = self::grid(&whole, 1.0).shade_all(Shader { surface: whole.as_ref(), lights: &[] });
     assert_eq!(count.points as usize, grid.grid.num_vertices());
 
-    let (first, count) = grid.shade_some(&set(&[3, 8, 9]), shader);
+    let (first, count) = grid.shade_some(&set(&[3, 8, 9]), shader, &mut ShadeLists::default());
     assert_eq!((count.points, count.ring), (3, 0));
-    let (second, count) = grid.shade_some(&set(&[8, 9, 10]), shader);
+    let (second, count) = grid.shade_some(&set(&[8, 9, 10]), shader, &mut ShadeLists::default());
     assert_eq!((count.points, count.ring), (1, 0));
     assert_eq!(*recorder.asked.lock().expect("no panic"), [vec![3, 8, 9], vec![10]]);
     for vertex in [3, 8, 9] {
@@ -110,9 +110,9 @@ fn derivatives_of_computed_values_get_a_ring_that_is_counted_apart() {
     let step = grid.grid.m as usize + 1;
     // A corner has two neighbours, an inner vertex four.
     let inner = step + 1;
-    let (_, count) = grid.shade_some(&set(&[0]), shader);
+    let (_, count) = grid.shade_some(&set(&[0]), shader, &mut ShadeLists::default());
     assert_eq!((count.points, count.ring), (3, 2));
-    let (_, count) = grid.shade_some(&set(&[inner]), shader);
+    let (_, count) = grid.shade_some(&set(&[inner]), shader, &mut ShadeLists::default());
     assert_eq!((count.points, count.ring), (5, 4));
     let asked = recorder.asked.lock().expect("no panic");
     assert_eq!(asked[0], [0, 1, step as u32]);
@@ -129,7 +129,11 @@ fn only_what_is_opaque_by_declaration_waits_for_its_colours() {
 fn what_is_seen_is_counted_once() {
     let grid = grid(&recorder(false), 1.0);
     assert_eq!(
-        [grid.note_seen(&set(&[1, 70])), grid.note_seen(&set(&[1, 2])), grid.note_seen(&set(&[2]))],
+        [
+            grid.note_seen(&set(&[1, 70]), &mut ShadeLists::default()),
+            grid.note_seen(&set(&[1, 2]), &mut ShadeLists::default()),
+            grid.note_seen(&set(&[2]), &mut ShadeLists::default())
+        ],
         [2, 1, 0]
     );
     let many = set(&[5, 64, 130]);

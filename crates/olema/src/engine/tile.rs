@@ -11,7 +11,7 @@ use crate::pipeline::displace::Corrections;
 use crate::pipeline::piece::{Piece, PieceKind};
 use crate::pipeline::resolve::{Pixel, SampleColors};
 use crate::pipeline::sample::TileBuffers;
-use crate::pipeline::shade::{Colors, ShadedCount, ShadedGrid};
+use crate::pipeline::shade::{Colors, ShadeLists, ShadedCount, ShadedGrid, VertexSet};
 use crate::pipeline::slots::{GridSlots, UsedVertices};
 use crate::pipeline::split::{Fate, SplitContext};
 use crate::pipeline::sweep::{Sweep, to_pixels};
@@ -51,6 +51,9 @@ pub(super) struct TileWorker<'a> {
     colors: SampleColors,
     pub corrections: RefCell<Corrections>,
     workspace: RefCell<Workspace>,
+    /// Vertices of a grid that are seen, and lists for shading them.
+    seen: VertexSet,
+    lists: ShadeLists,
     pub stats: Stats,
 }
 
@@ -89,6 +92,8 @@ impl<'a> TileWorker<'a> {
             colors: SampleColors::default(),
             corrections: RefCell::default(),
             workspace: RefCell::default(),
+            seen: VertexSet::default(),
+            lists: ShadeLists::default(),
             stats: Stats::default(),
         }
     }
@@ -315,12 +320,16 @@ impl<'a> TileWorker<'a> {
         let watch = Stopwatch::new(self.hooks);
         self.buffers.note_used();
         let used = std::mem::take(&mut self.buffers.used);
-        for (slot, vertices) in used.iter() {
+        for slot in used.slots() {
             let Some(grid) = self.buffers.slots.grid(slot).cloned() else { continue };
-            self.stats.visible_points += grid.note_seen(vertices);
+            used.find(slot, &grid.grid, &mut self.seen);
+            if self.seen.is_empty() {
+                continue;
+            }
+            self.stats.visible_points += grid.note_seen(&self.seen, &mut self.lists);
             if grid.surely_opaque && self.frame.settings.shade == Shade::Visible {
                 let shader = self.frame.shader(grid.grid.key.primitive as usize);
-                let (colors, count) = grid.shade_some(vertices, shader);
+                let (colors, count) = grid.shade_some(&self.seen, shader, &mut self.lists);
                 self.count_shaded(count);
                 self.buffers.slots.set_colors(slot, colors);
             }

@@ -1,8 +1,8 @@
 //! Elementary functions in `f32`, the ones that pictures are made with.
 //!
 //! In and out: floats. std and libm give other bits on other machines; these use only + - * /, comparisons
-//! and bit operations (no fused multiply-add), so a picture is the same everywhere. No SIMD twin yet: the
-//! kernels are written without branches, choices by selects, so that a lane per value can follow them.
+//! and bit operations (no fused multiply-add), so a picture is the same everywhere. They are
+//! written without branches, choices by selects, so that a loop over lanes is their SIMD twin.
 //!
 //! They compute in double with polynomials just long enough and round once, which needs no split constants,
 //! takes results below the normal range in its stride and leaves at most 0.51 units in the last place of
@@ -187,6 +187,12 @@ pub fn ln(x: f32) -> f32 {
 /// x^y, with std's answers for 0, 1, infinities, NaN and negative x.
 #[inline]
 pub fn pow(x: f32, y: f32) -> f32 {
+    pow_in_lanes(x, y)
+}
+
+/// [`pow`], always inlined, for loops over lanes.
+#[inline(always)]
+pub(crate) fn pow_in_lanes(x: f32, y: f32) -> f32 {
     let size = x.abs();
     let log = log_edges(size, log2_wide(f64::from(size)));
     let value = exp2_wide(f64::from(y) * log) as f32;

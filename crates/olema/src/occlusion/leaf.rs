@@ -1,6 +1,4 @@
-//! Rectangles of nodes, and the samples that a spatial leaf is computed from.
-
-use crate::sampling::SampleBuffer;
+//! Rectangles of nodes, and where the samples of a spatial leaf are.
 
 /// Nodes of a level, both ends inclusive; empty where a first is beyond its last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,35 +40,6 @@ impl NodeRect {
 
     pub fn nodes(self) -> impl Iterator<Item = [u32; 2]> {
         (self.y[0]..=self.y[1]).flat_map(move |y| (self.x[0]..=self.x[1]).map(move |x| [x, y]))
-    }
-}
-
-/// What leaves are computed from.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Source<'a> {
-    /// No sample was hit.
-    Unhit,
-    /// Every record.
-    All(&'a SampleBuffer),
-    /// The records of leaves that hold a mark; the others have not changed.
-    Written(&'a SampleBuffer),
-}
-
-impl<'a> Source<'a> {
-    pub fn buffer(self) -> Option<&'a SampleBuffer> {
-        match self {
-            Source::Unhit => None,
-            Source::All(buffer) | Source::Written(buffer) => Some(buffer),
-        }
-    }
-
-    #[inline(always)]
-    pub fn is_written(self, rows: &LeafRows) -> bool {
-        let Source::Written(buffer) = self else { return true };
-        rows.ranges().any(|row| {
-            let blocks = row.start / SampleBuffer::BLOCK..=(row.end - 1) / SampleBuffer::BLOCK;
-            buffer.written()[blocks].contains(&true)
-        })
     }
 }
 

@@ -6,12 +6,13 @@
 //!
 //! - [`settings`] is what the user may choose.
 //! - [`slices`] sorts a pattern's tuples into a tree of time, or of the lens. It is built once a frame.
-//! - [`pyramid`] is the hierarchy over a region's samples: farthest kept depth by space and slice.
+//! - [`pyramid`] is the hierarchy over a region's samples: farthest kept depth by space and slice, computed where
+//!   and when a query reads it.
 //! - [`query`] asks it.
 //! - [`occluders`] holds the one or two pyramids of a tile and picks the one that helps.
 //!
 //! What is said to be hidden has no sample at which it would win or tie; so culling changes no bit of a
-//! picture. A pyramid that was not updated yet only knows less: its depths are too far, never too near.
+//! picture. A pyramid that was not told of a write only knows less: its depths are too far, never too near.
 //!
 //! ```text
 //! frame:  plan = CullPlan::new(settings, pattern, blur)
@@ -24,6 +25,7 @@
 //! ```
 
 mod leaf;
+mod leaf_lanes;
 pub mod occluders;
 pub mod pyramid;
 pub mod query;
@@ -31,7 +33,7 @@ pub mod settings;
 pub mod slices;
 
 pub use occluders::{Blurred, CullPlan, Occluders};
-pub use pyramid::TzPyramid;
+pub use pyramid::{Drawn, TzPyramid};
 pub use query::{Bounds, DepthReads};
 pub use settings::{CullKind, CullOrder, CullPlaces, CullSettings};
 pub use slices::{SliceOrder, Slices};

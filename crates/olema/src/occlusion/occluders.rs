@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::sampling::pattern::StratumBounds;
 use crate::sampling::{RegionSamples, SampleBuffer, SamplePattern};
 
-use super::pyramid::{NodeKind, TzPyramid};
+use super::pyramid::{Drawn, NodeKind, TzPyramid};
 use super::query::{Bounds, DepthReads};
 use super::settings::{CullKind, CullOrder, CullSettings};
 use super::slices::{SliceOrder, Slices};
@@ -60,6 +60,8 @@ impl CullPlan {
 #[derive(Debug, Clone)]
 pub struct Occluders {
     pyramids: Vec<TzPyramid>,
+    /// Leaves that were written, on their way from the buffer's marks to those of the pyramids.
+    written: Vec<[u32; 2]>,
     /// Holds every pixel that was drawn to since the last update; empty where the first is beyond the last.
     drawn: [i32; 4],
 }
@@ -74,7 +76,7 @@ impl Occluders {
         let leaf_px = plan.settings.leaf_px;
         let pyramids =
             plan.slices.iter().map(|slices| TzPyramid::new(Arc::clone(slices), kind, leaf_px)).collect();
-        Occluders { pyramids, drawn: NO_PIXELS }
+        Occluders { pyramids, written: Vec::new(), drawn: NO_PIXELS }
     }
 
     /// Begins anew for a region's samples, none of which was hit.
@@ -89,13 +91,17 @@ impl Occluders {
         self.drawn = [x0.min(pixels[0]), x1.max(pixels[1]), y0.min(pixels[2]), y1.max(pixels[3])];
     }
 
-    /// Brings the pyramids up to date, and clears the buffer's marks. What was written outside the boxes given to
+    /// Tells the pyramids what was written, and clears the buffer's marks. What was written outside the boxes given to
     /// [`Self::drew`] stays unknown, which is safe.
-    pub fn update(&mut self, samples: &RegionSamples, buffer: &mut SampleBuffer) {
+    pub fn update(&mut self, buffer: &mut SampleBuffer) {
         if self.drawn[0] > self.drawn[1] || self.drawn[2] > self.drawn[3] {
             return;
         }
-        self.pyramids.iter_mut().for_each(|pyramid| pyramid.update(samples, buffer, self.drawn));
+        // All have the same leaves.
+        self.pyramids[0].list_written(buffer, self.drawn, &mut self.written);
+        for pyramid in &mut self.pyramids {
+            self.written.iter().for_each(|&leaf| pyramid.mark(leaf));
+        }
         buffer.clear_written();
         self.drawn = NO_PIXELS;
     }
@@ -112,8 +118,8 @@ impl Occluders {
 
     /// Whether the thing that `bounds_over` bounds is hidden, as [`TzPyramid::is_occluded`] says.
     ///
-    /// First a sample is looked for that sees it: where nothing is hidden that answers nearly every query, and
-    /// the pyramids need no update. Of two pyramids that one is asked in which the thing covers fewer leaves
+    /// First a sample is looked for that sees it: that answers most queries whose answer is no, and the pyramids need
+    /// not be told of anything. Of two pyramids that one is asked in which the thing covers fewer leaves
     /// over a quarter of the slices (the first where it covers as many): there a walk gets along with coarser
     /// ranges. A quarter and not a slice, as slices of one tuple are equally small in both.
     pub fn is_occluded(
@@ -123,6 +129,11 @@ impl Occluders {
         mut bounds_over: impl FnMut(&StratumBounds) -> Bounds,
         reads: &mut DepthReads,
     ) -> bool {
+        let drawn = Drawn { samples, buffer };
+        let is_seen = |pyramid: &TzPyramid| pyramid.is_seen_by_a_witness(drawn, &mut bounds_over, reads);
+        if self.pyramids.first().is_none_or(is_seen) {
+            return false;
+        }
         let pick = match &self.pyramids[..] {
             [time, lens] => {
                 let least = time.quarter_leaves(&mut bounds_over);
@@ -130,13 +141,8 @@ impl Occluders {
             }
             _ => 0,
         };
-        let is_seen =
-            |pyramid: &TzPyramid| pyramid.is_seen_in_the_middle(samples, buffer, &mut bounds_over, reads);
-        if self.pyramids.get(pick).is_none_or(is_seen) {
-            return false;
-        }
-        self.update(samples, buffer);
-        self.pyramids[pick].is_occluded(bounds_over, reads)
+        self.update(buffer);
+        self.pyramids[pick].is_occluded(Drawn { samples, buffer }, bounds_over, reads)
     }
 }
 

@@ -12,16 +12,20 @@
 //!        [slice 0, slice 1, ...]                      slices only (tz-slice), T floats
 //! ```
 //!
-//! Algorithm 1 walks up once for each sample that is written. Here a leaf is computed from its samples once
-//! for each grid that touched it, and a node from its children where one of them changed: the same values, as
-//! maxima do not depend on the order. The nearest depth is kept with the sign turned, so that every float of a
-//! node is the maximum of its children's.
+//! Algorithm 1 walks up once for each sample that is written. Here what is written only marks leaves, and all nodes
+//! above them, as stale; a node that a query reads is computed then, from its samples (`leaf_lanes`) or from
+//! its children: the same values, as maxima do not depend on the order. Of the leaves that are written most are never
+//! read, or not before they were written again. A node under which nothing was hit yet is blank: it holds no
+//! values and need not be filled. The nearest depth is kept with the sign turned, so that every float of a node is the
+//! maximum of its children's.
 
 use std::sync::Arc;
 
+use crate::math::simd::SimdLevel;
 use crate::sampling::{Region, RegionSamples, SampleBuffer};
 
-use super::leaf::{LeafRows, NodeRect, Source};
+use super::leaf::{LeafRows, NodeRect};
+use super::leaf_lanes::LeafKernel;
 use super::slices::Slices;
 
 /// What a node holds.
@@ -31,6 +35,15 @@ pub enum NodeKind {
     Tree,
     /// The slices alone.
     Slices,
+}
+
+/// What pyramids are computed from: a region's samples and what hit them.
+#[derive(Debug, Clone, Copy)]
+pub struct Drawn<'a> {
+    /// The samples, those of [`TzPyramid::renew`].
+    pub samples: &'a RegionSamples,
+    /// Their records.
+    pub buffer: &'a SampleBuffer,
 }
 
 /// A hierarchy of depths over the samples of a region.
@@ -44,18 +57,29 @@ pub struct TzPyramid {
     origin: [i32; 2],
     /// From the leaves to the root.
     levels: Vec<Level>,
-    /// A node's values on their way.
-    node: Vec<f32>,
-    /// Nodes of a rectangle that changed, of this level and of the next.
-    changed: [Vec<bool>; 2],
+    leaf: LeafKernel,
+    simd: SimdLevel,
     pub(super) known: super::query::Known,
 }
 
+/// What is known of a node. Above a stale one all are stale.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// Nothing under it was hit, and every slice has a sample under it: infinitely far throughout.
+    Blank,
+    /// Something under it was written since it was computed.
+    Stale,
+    /// Its values are right.
+    Fresh,
+}
+
 /// One level of space: `width` x `height` nodes of one [`TzPyramid::stride`] each, row by row.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 struct Level {
     width: usize,
     height: usize,
+    states: Vec<State>,
+    /// Right where the state says so.
     values: Vec<f32>,
 }
 
@@ -65,16 +89,23 @@ impl TzPyramid {
         debug_assert!(leaf_px.is_power_of_two() && leaf_px <= 1 << 16, "leaves of {leaf_px} pixels");
         let known = super::query::Known::new(slices.num());
         TzPyramid {
+            leaf: LeafKernel::new(&slices),
             slices,
             kind,
             leaf_px: leaf_px as i32,
             region: Region::new(0, 0, 0, 0),
             origin: [0; 2],
             levels: Vec::new(),
-            node: Vec::new(),
-            changed: [Vec::new(), Vec::new()],
+            simd: SimdLevel::best(),
             known,
         }
+    }
+
+    /// Computes leaves with these instructions; the values are the same.
+    #[must_use]
+    pub fn with_level(mut self, level: SimdLevel) -> Self {
+        self.simd = level;
+        self
     }
 
     /// The slices.
@@ -94,14 +125,7 @@ impl TzPyramid {
         let leaf = self.leaf_px;
         self.origin = [samples.region.x0, samples.region.y0].map(|c| c.div_euclid(leaf) * leaf);
         self.lay_out_levels();
-        let stride = self.stride();
-        for level in &mut self.levels {
-            level.values.fill(f32::INFINITY);
-            if self.kind == NodeKind::Tree {
-                level.values.iter_mut().step_by(stride).for_each(|nearest| *nearest = f32::NEG_INFINITY);
-            }
-        }
-        self.empty_slices_without_samples(samples);
+        self.mark_slices_without_samples();
     }
 
     fn lay_out_levels(&mut self) {
@@ -112,26 +136,27 @@ impl TzPyramid {
         }
         let stride = self.stride();
         let num_levels = size[0].max(size[1]).next_power_of_two().trailing_zeros() as usize + 1;
-        self.levels.resize(num_levels, Level::default());
+        self.levels.resize_with(num_levels, Level::default);
         for level in &mut self.levels {
             [level.width, level.height] = size;
             level.values.resize(size[0] * size[1] * stride, 0.0);
+            level.states.clear();
+            level.states.resize(size[0] * size[1], State::Blank);
             size = size.map(|n| n.div_ceil(2));
         }
     }
 
     /// Whole leaves hold every tuple if the pattern's tile divides them; all others have to be looked at, and
     /// all leaves where there are fewer tuples than slices.
-    fn empty_slices_without_samples(&mut self, samples: &RegionSamples) {
+    fn mark_slices_without_samples(&mut self) {
         let Region { x0, x1, y0, y1 } = self.region;
         let tile_divides = self.leaf_px % self.slices.tile() as i32 == 0;
         let every_slice_has_a_tuple = self.slices.span(2 * self.slices.num() - 1).is_some();
+        if !(tile_divides && every_slice_has_a_tuple) {
+            return self.mark_all([x0, x1 - 1, y0, y1 - 1]);
+        }
         let is_cut = |c: i32| c.rem_euclid(self.leaf_px) != 0;
         let cut = [is_cut(x0), is_cut(x1), is_cut(y0), is_cut(y1)];
-        if !(tile_divides && every_slice_has_a_tuple) {
-            self.refresh(samples, Source::Unhit, [x0, x1 - 1, y0, y1 - 1]);
-            return;
-        }
         let borders = [
             [x0, x0, y0, y1 - 1],
             [x1 - 1, x1 - 1, y0, y1 - 1],
@@ -140,69 +165,97 @@ impl TzPyramid {
         ];
         for (border, is_cut) in borders.into_iter().zip(cut) {
             if is_cut {
-                self.refresh(samples, Source::Unhit, border);
+                self.mark_all(border);
             }
         }
     }
 
-    /// Takes in what was drawn since the buffer's marks were cleared: leaves of `pixels`, `[x0, x1, y0, y1]`,
-    /// inclusive, that hold a mark. The box may reach beyond the region. A large box costs little where few
-    /// samples in it were hit, as those of fast things are.
-    ///
-    /// `samples` must be those of [`Self::renew`], `buffer` of the same region.
-    pub fn update(&mut self, samples: &RegionSamples, buffer: &SampleBuffer, pixels: [i32; 4]) {
-        debug_assert_eq!(buffer.region(), self.region);
-        self.refresh(samples, Source::Written(buffer), pixels);
+    /// Marks all leaves of `pixels`, `[x0, x1, y0, y1]`, inclusive, as stale.
+    pub fn mark_all(&mut self, pixels: [i32; 4]) {
+        let rect = self.leaves_of(pixels);
+        if !rect.is_empty() {
+            rect.nodes().for_each(|leaf| self.mark(leaf));
+        }
     }
 
-    /// Takes in all records, marked or not.
-    pub fn rebuild(&mut self, samples: &RegionSamples, buffer: &SampleBuffer) {
+    /// Lists the leaves of `pixels`, `[x0, x1, y0, y1]`, inclusive, in which a record was written since the buffer's
+    /// marks were cleared. The box may reach beyond the region. A large box costs little where few samples in it were
+    /// hit, as those of fast things are.
+    pub(super) fn list_written(&self, buffer: &SampleBuffer, pixels: [i32; 4], leaves: &mut Vec<[u32; 2]>) {
         debug_assert_eq!(buffer.region(), self.region);
-        let Region { x0, x1, y0, y1 } = self.region;
-        self.refresh(samples, Source::All(buffer), [x0, x1 - 1, y0, y1 - 1]);
-    }
-
-    fn refresh(&mut self, samples: &RegionSamples, source: Source, pixels: [i32; 4]) {
-        debug_assert_eq!(samples.region, self.region);
-        let mut rect = self.leaves_of(pixels);
+        leaves.clear();
+        let rect = self.leaves_of(pixels);
         if rect.is_empty() {
             return;
         }
-        let stride = self.stride();
-        let mut node = std::mem::take(&mut self.node);
-        let [mut changed, mut above] = std::mem::take(&mut self.changed);
-        changed.clear();
-        node.resize(stride, 0.0);
-        for [x, y] in rect.nodes() {
-            let rows = self.samples_of_leaf(x, y, samples.samples_per_pixel());
-            let is_written = source.is_written(&rows);
-            if is_written {
-                self.compute_leaf(&rows, samples, source.buffer(), &mut node);
-            }
-            changed.push(is_written && self.levels[0].replace(x, y, &node));
-        }
-        for level in 1..self.levels.len() {
-            if !changed.contains(&true) {
+        let samples_per_pixel = buffer.samples_per_pixel();
+        leaves.extend(rect.nodes().filter(|&leaf| {
+            let rows = self.samples_of_leaf(leaf, samples_per_pixel);
+            rows.ranges().any(|row| {
+                let blocks = row.start / SampleBuffer::BLOCK..=(row.end - 1) / SampleBuffer::BLOCK;
+                buffer.written()[blocks].iter().fold(false, |any, &written| any | written)
+            })
+        }));
+    }
+
+    /// Marks a leaf and all above it as stale.
+    #[inline(always)]
+    pub(super) fn mark(&mut self, [mut x, mut y]: [u32; 2]) {
+        for level in &mut self.levels {
+            let state = &mut level.states[y as usize * level.width + x as usize];
+            if *state == State::Stale {
                 break;
             }
-            let parents = rect.up(1);
-            flag_parents(&rect, &changed, &parents, &mut above);
-            let (below, here) = self.levels.split_at_mut(level);
-            for ([x, y], flag) in parents.nodes().zip(above.iter_mut()).filter(|(_, flag)| **flag) {
-                below[level - 1].farthest_of_children(x, y, &mut node);
-                *flag = here[0].replace(x, y, &node);
-            }
-            std::mem::swap(&mut changed, &mut above);
-            rect = parents;
+            *state = State::Stale;
+            (x, y) = (x / 2, y / 2);
         }
-        self.node = node;
-        self.changed = [changed, above];
+    }
+
+    /// Marks the leaves of `pixels`, inclusive, in which a record was written since the buffer's marks were cleared.
+    pub fn update(&mut self, buffer: &SampleBuffer, pixels: [i32; 4]) {
+        let mut leaves = Vec::new();
+        self.list_written(buffer, pixels, &mut leaves);
+        leaves.into_iter().for_each(|leaf| self.mark(leaf));
+    }
+
+    /// Makes a node's values right.
+    #[inline(always)]
+    pub(super) fn refresh(&mut self, drawn: Drawn, level: usize, x: u32, y: u32) {
+        let at = &self.levels[level];
+        if at.states[y as usize * at.width + x as usize] == State::Stale {
+            self.compute(drawn, level, x, y);
+        }
+    }
+
+    fn compute(&mut self, drawn: Drawn, level: usize, x: u32, y: u32) {
+        debug_assert_eq!(drawn.samples.region, self.region);
+        let stride = self.stride();
+        let first_slice = stride - self.slices.num();
+        if level == 0 {
+            let rows = self.samples_of_leaf([x, y], drawn.samples.samples_per_pixel());
+            let leaves = &mut self.levels[0];
+            let node = leaves.at_mut(x, y, stride);
+            self.leaf.compute(self.simd, &rows, drawn, &self.slices, node, first_slice);
+            leaves.set_fresh(x, y);
+            return;
+        }
+        for [cx, cy] in self.children(level, x, y).nodes() {
+            self.refresh(drawn, level - 1, cx, cy);
+        }
+        let (below, here) = self.levels.split_at_mut(level);
+        let node = here[0].at_mut(x, y, stride);
+        let has_nearest = self.kind == NodeKind::Tree;
+        self.simd.run(
+            #[inline(always)]
+            || below[level - 1].farthest_of_children(x, y, node, has_nearest),
+        );
+        here[0].set_fresh(x, y);
     }
 
     /// Samples of a leaf, cut to the region.
     #[inline(always)]
-    fn samples_of_leaf(&self, x: u32, y: u32, samples_per_pixel: usize) -> LeafRows {
-        let [px, py] = [x, y].map(|n| n as i32 * self.leaf_px);
+    fn samples_of_leaf(&self, leaf: [u32; 2], samples_per_pixel: usize) -> LeafRows {
+        let [px, py] = leaf.map(|n| n as i32 * self.leaf_px);
         let [px, py] = [px + self.origin[0], py + self.origin[1]];
         let [px0, px1] = [px.max(self.region.x0), (px + self.leaf_px).min(self.region.x1)];
         let [py0, py1] = [py.max(self.region.y0), (py + self.leaf_px).min(self.region.y1)];
@@ -211,48 +264,6 @@ impl TzPyramid {
             len: (px1 - px0) as usize * samples_per_pixel,
             step: self.region.width() * samples_per_pixel,
             num: (py1 - py0) as usize,
-        }
-    }
-
-    /// Scans the samples of a leaf; without a buffer, none was hit.
-    fn compute_leaf(
-        &self,
-        rows: &LeafRows,
-        samples: &RegionSamples,
-        buffer: Option<&SampleBuffer>,
-        node: &mut [f32],
-    ) {
-        // A place for every value of a byte needs no check of bounds.
-        let mut slots = [f32::NEG_INFINITY; 256];
-        let mut nearest = f32::INFINITY;
-        let of_tuple = self.slices.of_tuple();
-        for row in rows.ranges() {
-            let tuples = &samples.tuples[row.clone()];
-            let Some(buffer) = buffer else {
-                for &tuple in tuples {
-                    slots[usize::from(of_tuple[tuple as usize])] = f32::INFINITY;
-                }
-                continue;
-            };
-            for (&tuple, record) in tuples.iter().zip(buffer.records_of(row)) {
-                let slot = &mut slots[usize::from(of_tuple[tuple as usize])];
-                *slot = farther(*slot, record.depth);
-                nearest = if record.depth < nearest { record.depth } else { nearest };
-            }
-        }
-        let num_slices = self.slices.num();
-        let first = node.len() - num_slices;
-        node[first..].copy_from_slice(&slots[..num_slices]);
-        if self.kind == NodeKind::Tree {
-            node[0] = -nearest;
-            let mut parents = num_slices / 2;
-            while parents > 0 {
-                let (above, below) = node.split_at_mut(2 * parents);
-                for (parent, pair) in above[parents..].iter_mut().zip(below.chunks_exact(2)) {
-                    *parent = farther(pair[0], pair[1]);
-                }
-                parents /= 2;
-            }
         }
     }
 
@@ -288,18 +299,18 @@ impl TzPyramid {
         }
     }
 
-    /// Farthest depth kept at a spatial node in a node of the tree of slices.
+    /// Farthest depth kept at a spatial node, which was refreshed, in a node of the tree of slices.
     #[inline(always)]
     pub(super) fn farthest(&self, level: usize, x: u32, y: u32, slice_node: usize) -> f32 {
         let first = if self.kind == NodeKind::Tree { 0 } else { self.slices.num() };
-        self.levels[level].at(x, y, self.stride())[slice_node - first]
+        self.levels[level].at(x, y, self.stride()).map_or(f32::INFINITY, |node| node[slice_node - first])
     }
 
-    /// Nearest depth kept at a spatial node; infinite where nothing was hit. Trees only.
+    /// Nearest depth kept at a spatial node, which was refreshed; infinite where nothing was hit. Trees only.
     #[inline(always)]
     pub(super) fn nearest(&self, level: usize, x: u32, y: u32) -> f32 {
         debug_assert_eq!(self.kind, NodeKind::Tree);
-        -self.levels[level].at(x, y, self.stride())[0]
+        self.levels[level].at(x, y, self.stride()).map_or(f32::INFINITY, |node| -node[0])
     }
 
     /// Floats a node.
@@ -311,59 +322,71 @@ impl TzPyramid {
         }
     }
 
-    /// Whether both hold the same values.
+    /// The values of all nodes, blank ones too.
     #[cfg(test)]
-    pub(super) fn same_values(&self, other: &TzPyramid) -> bool {
-        self.origin == other.origin && self.levels == other.levels
+    pub(super) fn all_values(&mut self, drawn: Drawn) -> Vec<f32> {
+        let (mut all, stride) = (Vec::new(), self.stride());
+        let blank =
+            |ix| if ix == 0 && self.kind == NodeKind::Tree { f32::NEG_INFINITY } else { f32::INFINITY };
+        let blank: Vec<f32> = (0..stride).map(blank).collect();
+        for level in 0..self.levels.len() {
+            let [width, height] = [self.levels[level].width as u32, self.levels[level].height as u32];
+            for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+                self.refresh(drawn, level, x, y);
+                all.extend_from_slice(self.levels[level].at(x, y, stride).unwrap_or(&blank));
+            }
+        }
+        all
     }
 }
 
 impl Level {
+    /// The values of a node that is not stale; `None` for a blank one.
     #[inline(always)]
-    fn at(&self, x: u32, y: u32, stride: usize) -> &[f32] {
-        let start = (y as usize * self.width + x as usize) * stride;
-        &self.values[start..start + stride]
+    fn at(&self, x: u32, y: u32, stride: usize) -> Option<&[f32]> {
+        let ix = y as usize * self.width + x as usize;
+        debug_assert_ne!(self.states[ix], State::Stale, "a node is refreshed before it is read");
+        (self.states[ix] == State::Fresh).then(|| &self.values[ix * stride..(ix + 1) * stride])
     }
 
-    /// Stores a node; whether that changed it.
-    fn replace(&mut self, x: u32, y: u32, node: &[f32]) -> bool {
-        let start = (y as usize * self.width + x as usize) * node.len();
-        let stored = &mut self.values[start..start + node.len()];
-        let differs = stored.iter().zip(node).fold(false, |differs, (a, b)| differs | (a != b));
-        if differs {
-            stored.copy_from_slice(node);
-        }
-        differs
+    #[inline(always)]
+    fn at_mut(&mut self, x: u32, y: u32, stride: usize) -> &mut [f32] {
+        let ix = y as usize * self.width + x as usize;
+        &mut self.values[ix * stride..(ix + 1) * stride]
+    }
+
+    #[inline(always)]
+    fn set_fresh(&mut self, x: u32, y: u32) {
+        self.states[y as usize * self.width + x as usize] = State::Fresh;
     }
 
     /// What the parent (x, y) of nodes of this level holds.
-    fn farthest_of_children(&self, x: u32, y: u32, node: &mut [f32]) {
+    #[inline(always)]
+    fn farthest_of_children(&self, x: u32, y: u32, node: &mut [f32], has_nearest: bool) {
         let stride = node.len();
         let columns = [2 * x, (2 * x + 1).min(self.width as u32 - 1)];
         let rows = [2 * y, (2 * y + 1).min(self.height as u32 - 1)];
-        node.copy_from_slice(self.at(columns[0], rows[0], stride));
         // A child counted twice, at the border, changes no maximum.
-        for [cx, cy] in [[columns[1], rows[0]], [columns[0], rows[1]], [columns[1], rows[1]]] {
-            for (value, &child) in node.iter_mut().zip(self.at(cx, cy, stride)) {
-                *value = farther(*value, child);
+        let children =
+            [[columns[0], rows[0]], [columns[1], rows[0]], [columns[0], rows[1]], [columns[1], rows[1]]]
+                .map(|[cx, cy]| self.at(cx, cy, stride));
+        if let [Some(a), Some(b), Some(c), Some(d)] = children {
+            let (a, b, c, d) = (&a[..stride], &b[..stride], &c[..stride], &d[..stride]);
+            for (ix, value) in node.iter_mut().enumerate() {
+                *value = farther(farther(a[ix], b[ix]), farther(c[ix], d[ix]));
             }
+            return;
         }
-    }
-}
-
-/// Flags the parents of changed nodes; both rectangles row by row.
-fn flag_parents(rect: &NodeRect, changed: &[bool], parents: &NodeRect, above: &mut Vec<bool>) {
-    let width = (parents.x[1] - parents.x[0] + 1) as usize;
-    let height = (parents.y[1] - parents.y[0] + 1) as usize;
-    above.clear();
-    above.resize(width * height, false);
-    for ([x, y], _) in rect.nodes().zip(changed).filter(|(_, changed)| **changed) {
-        let row = (y / 2 - parents.y[0]) as usize;
-        above[row * width + (x / 2 - parents.x[0]) as usize] = true;
+        // One that is blank is infinitely far.
+        node.fill(f32::INFINITY);
+        if has_nearest {
+            node[0] =
+                children.into_iter().flatten().fold(f32::NEG_INFINITY, |most, child| farther(most, child[0]));
+        }
     }
 }
 
 #[inline(always)]
-fn farther(a: f32, b: f32) -> f32 {
+pub(super) fn farther(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }

@@ -18,10 +18,10 @@
 use serde::Serialize;
 
 use crate::sampling::pattern::StratumBounds;
-use crate::sampling::{RegionSamples, SampleBuffer};
 
 use super::leaf::NodeRect;
-use super::pyramid::{NodeKind, TzPyramid};
+use super::pyramid::{Drawn, NodeKind, TzPyramid};
+use super::slices::Witness;
 
 /// Where something can be over a range of time and lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,9 +64,6 @@ impl std::ops::AddAssign for DepthReads {
     }
 }
 
-/// Most samples that are looked at before a walk.
-const MOST_WITNESSES: u32 = 4;
-
 /// Bounds that a query has asked for, so that it asks once.
 #[derive(Debug, Clone)]
 pub(super) struct Known {
@@ -99,18 +96,20 @@ impl TzPyramid {
     /// depend on the kind of the pyramid. At equal depth it is not occluded: the canonical order decides.
     pub fn is_occluded(
         &mut self,
+        drawn: Drawn,
         bounds_over: impl FnMut(&StratumBounds) -> Bounds,
         reads: &mut DepthReads,
     ) -> bool {
         let mut known = std::mem::replace(&mut self.known, Known { nodes: 0, bounds: Vec::new() });
         known.nodes = 0;
-        let mut walk = Walk { pyramid: self, bounds_over, known, reads: DepthReads::default() };
+        let mut walk = Walk { pyramid: self, drawn, bounds_over, known, reads: DepthReads::default() };
         let occluded = match walk.pyramid.kind {
             NodeKind::Tree => walk.tree(),
             NodeKind::Slices => walk.slices(),
         };
-        *reads += walk.reads;
-        self.known = walk.known;
+        let Walk { known, reads: of_walk, .. } = walk;
+        *reads += of_walk;
+        self.known = known;
         occluded
     }
 }
@@ -118,53 +117,51 @@ impl TzPyramid {
 impl TzPyramid {
     /// Whether a sample can be found at once that sees the thing, so that [`Self::is_occluded`] would say no.
     ///
-    /// Looks at the samples of the middle slice in the middle of the thing's box, in the buffer itself: the
-    /// pyramid need not be up to date. `false` says nothing.
-    pub fn is_seen_in_the_middle(
+    /// Looks at a few tuples, in the middle of the thing's box and in its corners, in the buffer itself:
+    /// the pyramid need not know what was written. `false` says nothing.
+    pub fn is_seen_by_a_witness(
         &self,
-        samples: &RegionSamples,
-        buffer: &SampleBuffer,
+        drawn: Drawn,
         bounds_over: &mut impl FnMut(&StratumBounds) -> Bounds,
         reads: &mut DepthReads,
     ) -> bool {
-        let slice = self.slices.num() / 2;
-        let Some(span) = self.slices.span(self.slices.num() + slice) else { return false };
-        let Bounds { pixels: [x0, x1, y0, y1], near, .. } = bounds_over(span);
-        let region = samples.region;
-        let [x0, x1] = [x0.max(region.x0), x1.min(region.x1 - 1)];
-        let [y0, y1] = [y0.max(region.y0), y1.min(region.y1 - 1)];
-        if x0 > x1 || y0 > y1 || near.is_nan() {
-            return false;
-        }
-        // Two by two pixels hold each tuple of the usual pattern once.
-        let middle = |c0: i32, c1: i32| (c0 + (c1 - c0) / 2).div_euclid(2) * 2;
-        let (x, y) = (middle(x0, x1), middle(y0, y1));
-        let m = samples.samples_per_pixel();
-        let mut looked_at = 0;
-        for py in y.max(y0)..=(y + 1).min(y1) {
-            for px in x.max(x0)..=(x + 1).min(x1) {
-                let first = region.pixel_ix(px, py) * m;
-                let tuples = samples.tuples[first..first + m].iter();
-                for (record, &tuple) in buffer.records_of(first..first + m).zip(tuples) {
-                    if usize::from(self.slices.of_tuple()[tuple as usize]) == slice {
-                        reads.samples += 1;
-                        looked_at += 1;
-                        if record.depth >= near {
-                            return true;
-                        }
-                        if looked_at == MOST_WITNESSES {
-                            return false;
-                        }
-                    }
-                }
-            }
-        }
-        false
+        self.slices.witnesses().iter().any(|witness| {
+            let bounds = bounds_over(&witness.place);
+            is_seen_by(witness, drawn, &bounds, reads)
+        })
     }
 }
 
+/// Whether one of the samples of a tuple that stand in the middle and in the corners of a box sees what is in it.
+fn is_seen_by(witness: &Witness, drawn: Drawn, bounds: &Bounds, reads: &mut DepthReads) -> bool {
+    let Bounds { pixels: [x0, x1, y0, y1], near, .. } = *bounds;
+    let region = drawn.samples.region;
+    let [x0, x1] = [x0.max(region.x0), x1.min(region.x1 - 1)];
+    let [y0, y1] = [y0.max(region.y0), y1.min(region.y1 - 1)];
+    if x0 > x1 || y0 > y1 || near.is_nan() {
+        return false;
+    }
+    let middle = [x0 + (x1 - x0) / 2, y0 + (y1 - y0) / 2];
+    [middle, [x0, y0], [x1, y1], [x1, y0], [x0, y1]].into_iter().any(|[x, y]| {
+        // Two by two pixels hold each tuple of the usual pattern once.
+        let pair = |c: i32, c0: i32, c1: i32| (c & !1).max(c0)..=(c | 1).min(c1);
+        pair(y, y0, y1).any(|py| {
+            pair(x, x0, x1).any(|px| {
+                let sample_ix =
+                    region.pixel_ix(px, py) * drawn.samples.samples_per_pixel() + witness.sample as usize;
+                if drawn.samples.tuples[sample_ix] != witness.tuple {
+                    return false;
+                }
+                reads.samples += 1;
+                drawn.buffer.get(sample_ix).depth >= near
+            })
+        })
+    })
+}
+
 struct Walk<'a, F> {
-    pyramid: &'a TzPyramid,
+    pyramid: &'a mut TzPyramid,
+    drawn: Drawn<'a>,
     bounds_over: F,
     known: Known,
     reads: DepthReads,
@@ -215,6 +212,7 @@ impl<F: FnMut(&StratumBounds) -> Bounds> Walk<'_, F> {
                 } else {
                     self.reads.inner += 1;
                 }
+                self.pyramid.refresh(self.drawn, level, x, y);
                 let farthest = self.pyramid.farthest(level, x, y, range);
                 if bounds.near > farthest {
                     continue;
@@ -276,6 +274,7 @@ impl<F: FnMut(&StratumBounds) -> Bounds> Walk<'_, F> {
         }
         let corner = [leaves.x[0].max(x << level), leaves.y[0].max(y << level)];
         self.reads.leaf += 1;
+        self.pyramid.refresh(self.drawn, 0, corner[0], corner[1]);
         let farthest = self.pyramid.farthest(0, corner[0], corner[1], slice);
         !(bounds.near > farthest || farthest == f32::NEG_INFINITY)
     }

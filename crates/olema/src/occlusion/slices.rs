@@ -31,7 +31,19 @@ pub struct Slices {
     num: usize,
     of_tuple: Vec<u8>,
     spans: Vec<Option<StratumBounds>>,
+    witnesses: Vec<Witness>,
     tile: u32,
+}
+
+/// A tuple that is asked whether it sees something before anything else is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Witness {
+    /// The number of the sample that it is in a pixel, if it is in that pixel.
+    pub sample: u32,
+    /// The number of the tuple.
+    pub tuple: u32,
+    /// Its time and lens place.
+    pub place: StratumBounds,
 }
 
 impl Slices {
@@ -41,8 +53,13 @@ impl Slices {
         debug_assert!(num.is_power_of_two() && num <= 64, "{num} slices");
         let tuples = pattern.tuples();
         let num = (num as usize).min(tuples.len().next_power_of_two());
-        let mut slices =
-            Slices { num, of_tuple: vec![0; tuples.len()], spans: vec![None; 2 * num], tile: pattern.tile() };
+        let mut slices = Slices {
+            num,
+            of_tuple: vec![0; tuples.len()],
+            spans: vec![None; 2 * num],
+            witnesses: witnesses(pattern),
+            tile: pattern.tile(),
+        };
         let mut members: Vec<u32> = (0..tuples.len() as u32).collect();
         slices.fill(tuples, order, 1, &mut members);
         slices
@@ -80,10 +97,30 @@ impl Slices {
         self.spans[node].as_ref()
     }
 
+    /// A few tuples, well spread over the time.
+    #[inline(always)]
+    pub(super) fn witnesses(&self) -> &[Witness] {
+        &self.witnesses
+    }
+
     /// Side of the pattern's pixel tile, K: K x K pixels from a multiple of K hold every tuple.
     pub fn tile(&self) -> u32 {
         self.tile
     }
+}
+
+fn witnesses(pattern: &SamplePattern) -> Vec<Witness> {
+    let by_time = pattern.by_time();
+    // The middle one, the ends, what is between these.
+    let places = [8, 0, 16, 4, 12].map(|part| (by_time.len() - 1) * part / 16);
+    let is_new = |&at: &usize| !places[..at].contains(&places[at]);
+    let picked = (0..places.len()).filter(is_new).map(|at| by_time[places[at]]);
+    let witness = |tuple: u32| {
+        let Tuple { u15, v15, t15, .. } = pattern.tuples()[tuple as usize];
+        let place = StratumBounds { u15: [u15; 2], v15: [v15; 2], t15: [t15; 2] };
+        Witness { sample: tuple / (pattern.tile() * pattern.tile()), tuple, place }
+    };
+    picked.map(witness).collect()
 }
 
 /// The number by which a node's tuples are halved.

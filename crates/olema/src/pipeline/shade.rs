@@ -30,6 +30,11 @@ pub struct VertexSet {
 }
 
 impl VertexSet {
+    /// Takes all out.
+    pub fn clear(&mut self) {
+        self.words.clear();
+    }
+
     /// Adds a vertex.
     #[inline(always)]
     pub fn insert(&mut self, vertex: usize) {
@@ -57,20 +62,25 @@ impl VertexSet {
 
     /// The vertices, in order.
     pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
-        let bits = |word: u64| (0..64).filter(move |bit| word >> bit & 1 > 0);
+        let bits = |word: u64| {
+            let next = |&left: &u64| Some(left & (left - 1)).filter(|&left| left != 0);
+            let lowest = |left: u64| left.trailing_zeros() as usize;
+            std::iter::successors(Some(word).filter(|&word| word != 0), next).map(lowest)
+        };
         self.words.iter().enumerate().flat_map(move |(ix, &word)| bits(word).map(move |bit| ix * 64 + bit))
     }
 
-    /// Adds all of `other`, and returns those that were not here.
-    fn take_new(&mut self, other: &VertexSet) -> VertexSet {
+    /// Adds all of `other`; those that were not here are put into `new`.
+    fn take_new(&mut self, other: &VertexSet, new: &mut VertexSet) {
         let len = self.words.len().max(other.words.len());
         self.words.resize(len, 0);
-        let new = |(mine, theirs): (&mut u64, &u64)| {
+        let take = |(mine, theirs): (&mut u64, &u64)| {
             let new = theirs & !*mine;
             *mine |= theirs;
             new
         };
-        VertexSet { words: self.words.iter_mut().zip(&other.words).map(new).collect() }
+        new.words.clear();
+        new.words.extend(self.words.iter_mut().zip(&other.words).map(take));
     }
 
     /// Itself and the neighbours along rows and columns, for a grid of `m` x `n` micropolygons.
@@ -108,6 +118,15 @@ pub struct ShadedCount {
     pub points: u64,
     /// Of these, those shaded only since a neighbour's derivatives need them.
     pub ring: u64,
+}
+
+/// A worker's lists for shading, used again for every grid.
+#[derive(Debug, Default)]
+pub struct ShadeLists {
+    new: VertexSet,
+    vertices: Vec<u32>,
+    /// Opacities of what is opaque, which nobody reads.
+    opacity: Vec3s,
 }
 
 /// A grid with its colours, as far as they are known.
@@ -159,37 +178,54 @@ impl ShadedGrid {
 
     /// Shades those of `wanted` that were not shaded before; the grid is surely opaque. The colours of others are
     /// not to be read.
-    pub fn shade_some(&self, wanted: &VertexSet, shader: Shader) -> (Arc<Colors>, ShadedCount) {
+    pub fn shade_some(
+        &self,
+        wanted: &VertexSet,
+        shader: Shader,
+        lists: &mut ShadeLists,
+    ) -> (Arc<Colors>, ShadedCount) {
         debug_assert!(self.surely_opaque, "opacity decides what is visible");
         let mut shading = self.shading.lock().unwrap_or_else(PoisonError::into_inner);
         let Shading { points, colors, shaded, .. } = &mut *shading;
         let mut count = ShadedCount::default();
         if let Some(points) = points {
-            let new = shaded.take_new(wanted);
+            let ShadeLists { new, vertices, opacity } = lists;
+            shaded.take_new(wanted, new);
             if !new.is_empty() {
-                let listed = match shader.surface.traits().needs_ring {
-                    true => new.with_ring(self.grid.m as usize, self.grid.n as usize),
-                    false => new.clone(),
-                };
-                let vertices: Vec<u32> = listed.iter().map(|vertex| vertex as u32).collect();
+                let needs_ring = shader.surface.traits().needs_ring;
+                vertices.clear();
+                if needs_ring {
+                    let listed = new.with_ring(self.grid.m as usize, self.grid.n as usize);
+                    vertices.extend(listed.iter().map(|vertex| vertex as u32));
+                } else {
+                    vertices.extend(new.iter().map(|vertex| vertex as u32));
+                }
                 count.points = vertices.len() as u64;
                 count.ring = (vertices.len() - new.len()) as u64;
-                let mut out = self.blank();
-                shader.surface.shade(points, &vertices, shader.lights, &mut out);
                 // Other tiles keep the colours they were given.
-                let colors = &mut Arc::make_mut(colors).color;
-                for vertex in new.iter() {
-                    colors.set(vertex, out.ci.get(vertex));
-                }
+                let color = &mut Arc::make_mut(colors).color;
+                opacity.resize(self.grid.num_vertices());
+                let mut out = ShadedPoints { ci: std::mem::take(color), oi: std::mem::take(opacity) };
+                // A vertex of the ring is not right by itself, and may be known already.
+                let kept = needs_ring.then(|| out.ci.clone());
+                shader.surface.shade(points, vertices, shader.lights, &mut out);
+                (*color, *opacity) = match kept {
+                    Some(mut kept) => {
+                        new.iter().for_each(|vertex| kept.set(vertex, out.ci.get(vertex)));
+                        (kept, out.oi)
+                    }
+                    None => (out.ci, out.oi),
+                };
             }
         }
         (Arc::clone(colors), count)
     }
 
     /// Notes that something visible uses these vertices; the number of those that nothing used before.
-    pub fn note_seen(&self, used: &VertexSet) -> u64 {
+    pub fn note_seen(&self, used: &VertexSet, lists: &mut ShadeLists) -> u64 {
         let mut shading = self.shading.lock().unwrap_or_else(PoisonError::into_inner);
-        shading.seen.take_new(used).len() as u64
+        shading.seen.take_new(used, &mut lists.new);
+        lists.new.len() as u64
     }
 
     fn blank(&self) -> ShadedPoints {

@@ -5,19 +5,51 @@
 
 use std::cmp::Ordering;
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::Arc;
 
 use crate::sampling::Payload;
 use crate::scene::ShadingInterpolation;
 
-use super::grid::{Grid, GridKey, triangles};
+use super::grid::{Grid, GridKey};
 use super::shade::{Colors, ShadedGrid, VertexSet};
+
+/// Mixes keys with a product each word (Knuth, section 6.4): they come from splitting, which nobody can aim at one
+/// bucket, and a hash that withstands that took half of a look-up.
+#[derive(Debug, Default, Clone, Copy)]
+pub(crate) struct Mix(u64);
+
+impl Hasher for Mix {
+    fn finish(&self) -> u64 {
+        self.0 ^ (self.0 >> 32)
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.write_u64(byte.into()));
+    }
+
+    fn write_u32(&mut self, word: u32) {
+        self.write_u64(word.into());
+    }
+
+    fn write_u64(&mut self, word: u64) {
+        self.0 = (self.0.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+
+    fn write_u128(&mut self, word: u128) {
+        self.write_u64(word as u64);
+        self.write_u64((word >> 64) as u64);
+    }
+}
+
+/// Something for each grid.
+pub(crate) type ByGrid<T> = HashMap<GridKey, T, BuildHasherDefault<Mix>>;
 
 /// Grids of a tile, by the slot that records name them with.
 #[derive(Debug, Default)]
 pub struct GridSlots {
     slots: Vec<Slot>,
-    known: HashMap<GridKey, u32>,
+    known: ByGrid<u32>,
 }
 
 /// What a slot number means.
@@ -124,39 +156,129 @@ impl GridSlots {
     }
 }
 
-/// Vertices that visible micropolygons use, by slot.
+/// Triangles that visible records name, by slot, and so the vertices that they use.
+///
+/// A bit for each triangle: that is one word to change for a record, where setting its vertices was a division and
+/// three words; vertices are found once a triangle, at the end.
 #[derive(Debug, Default)]
 pub struct UsedVertices {
-    by_slot: Vec<VertexSet>,
+    /// Where each slot's words begin; [`UsedVertices::NONE`] while it has none.
+    first: Vec<u32>,
+    /// Bit 2 m + k of a slot's words is triangle k of micropolygon m.
+    words: Vec<u64>,
 }
 
 impl UsedVertices {
+    const NONE: u32 = u32::MAX;
+
     /// Forgets all.
     pub fn clear(&mut self) {
-        self.by_slot.clear();
+        self.first.clear();
+        self.words.clear();
     }
 
     /// Adds what the colour of a hit is made from.
+    #[inline(always)]
     pub fn insert(&mut self, grid: &Grid, payload: Payload) {
         let slot = payload.slot() as usize;
-        if self.by_slot.len() <= slot {
-            self.by_slot.resize(slot + 1, VertexSet::default());
+        let first = match self.first.get(slot) {
+            Some(&first) if first != Self::NONE => first,
+            _ => self.begin(grid, slot),
+        };
+        let bit = payload.micropolygon() * 2 + u32::from(payload.triangle());
+        self.words[(first + bit / 64) as usize] |= 1 << (bit % 64);
+    }
+
+    /// Makes room for a slot's triangles.
+    #[cold]
+    fn begin(&mut self, grid: &Grid, slot: usize) -> u32 {
+        if self.first.len() <= slot {
+            self.first.resize(slot + 1, Self::NONE);
         }
-        let set = &mut self.by_slot[slot];
-        match grid.look.interpolation {
-            _ if grid.look.matte => {}
-            ShadingInterpolation::Constant => {
-                set.insert(grid.corners(payload.micropolygon() as usize)[0]);
-            }
-            ShadingInterpolation::Smooth => {
-                let triangle = triangles(grid, payload.micropolygon() as usize)[payload.triangle() as usize];
-                triangle.into_iter().for_each(|vertex| set.insert(vertex));
+        self.first[slot] = self.words.len() as u32;
+        self.words.resize(self.words.len() + Self::num_words(grid), 0);
+        self.first[slot]
+    }
+
+    fn num_words(grid: &Grid) -> usize {
+        (2 * grid.num_micropolygons()).div_ceil(64)
+    }
+
+    /// Slots that records name.
+    pub fn slots(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..).zip(&self.first).filter(|(_, first)| **first != Self::NONE).map(|(slot, _)| slot)
+    }
+
+    /// The vertices of a slot's grid that the colours of its hits are made from, into `vertices`.
+    pub fn find(&self, slot: u32, grid: &Grid, vertices: &mut VertexSet) {
+        vertices.clear();
+        let first = self.first[slot as usize] as usize;
+        if grid.look.matte {
+            return;
+        }
+        let is_flat = grid.look.interpolation == ShadingInterpolation::Constant;
+        // Micropolygons come in order: their rows need no division.
+        let (columns, mut row, mut next_row) = (grid.m as usize, 0, grid.m as usize);
+        for (ix, &word) in self.words[first..first + Self::num_words(grid)].iter().enumerate() {
+            let mut left = word;
+            while left != 0 {
+                let bit = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let micropolygon = ix * 32 + bit / 2;
+                while micropolygon >= next_row {
+                    (row, next_row) = (row + 1, next_row + columns);
+                }
+                // As in `Grid::corners` and `triangles`.
+                let v0 = micropolygon + row;
+                vertices.insert(v0);
+                if !is_flat {
+                    vertices.insert(v0 + columns + 2);
+                    vertices.insert(v0 + if bit.is_multiple_of(2) { 1 } else { columns + 1 });
+                }
             }
         }
     }
+}
 
-    /// Slots and their vertices, where there are any.
-    pub fn iter(&self) -> impl Iterator<Item = (u32, &VertexSet)> {
-        (0..).zip(&self.by_slot).filter(|(_, set)| !set.is_empty())
+#[cfg(test)]
+mod tests {
+    use super::super::grid::{Look, triangles};
+    use super::*;
+    use crate::scene::Sides;
+
+    fn grid([m, n]: [u32; 2], interpolation: ShadingInterpolation) -> Grid {
+        let key = GridKey { primitive: 0, patch: 0, path: 1, block: [0; 2] };
+        let look = Look { interpolation, sides: Sides::Two, front_is_positive: true, matte: false };
+        Grid { m, n, keys: 1, ..Grid::empty(key, look, 0) }
+    }
+
+    /// Two grids, hits of each in turn, and the vertices that their triangles have.
+    #[test]
+    fn used_vertices_are_those_of_the_triangles_that_were_hit() {
+        for interpolation in [ShadingInterpolation::Smooth, ShadingInterpolation::Constant] {
+            let mut used = UsedVertices::default();
+            let mut grids = [[7, 9], [1, 40]].map(|size| grid(size, interpolation));
+            let mut expected = [VertexSet::default(), VertexSet::default()];
+            for hit in 0..60u32 {
+                let which = (hit % 2) as usize;
+                let (slot, grid) = (which as u32 * 5 + 2, &grids[which]);
+                let micropolygon = (hit * 37) as usize % grid.num_micropolygons();
+                let triangle = hit / 3 % 2;
+                used.insert(grid, Payload::new(slot, micropolygon as u32, triangle as u8));
+                let vertices = triangles(grid, micropolygon)[triangle as usize];
+                let num = if interpolation == ShadingInterpolation::Constant { 1 } else { 3 };
+                vertices[..num].iter().for_each(|&vertex| expected[which].insert(vertex));
+            }
+            assert_eq!(used.slots().collect::<Vec<_>>(), [2, 7]);
+            for (which, slot) in [2, 7].into_iter().enumerate() {
+                let mut found = VertexSet::default();
+                used.find(slot, &grids[which], &mut found);
+                assert_eq!(found.iter().collect::<Vec<_>>(), expected[which].iter().collect::<Vec<_>>());
+            }
+            grids[0].look.matte = true;
+            let mut found = expected[0].clone();
+            used.find(2, &grids[0], &mut found);
+            assert!(found.is_empty());
+        }
     }
 }

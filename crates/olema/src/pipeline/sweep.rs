@@ -4,7 +4,7 @@
 //! over ranges of time and lens places. Between two keys a vertex, its depth and its circle of confusion change evenly,
 //! and so do the sides of the box that holds it, its nearest depth and its range of circles.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use crate::geometry::RasterCamera;
 use crate::geometry::camera::GUARD_BAND_PX;
@@ -36,19 +36,21 @@ impl Extent {
         grown(self.in_focus, self.coc[0].abs().max(self.coc[1].abs()))
     }
 
-    /// The box that holds it for the lens places `u` x `v` (15 fractional bits).
-    fn through(&self, u: [i16; 2], v: [i16; 2]) -> [f32; 4] {
-        let shift = |lens: [i16; 2]| {
-            let at = lens.map(|place| f32::from(place) * (1.0 / 32_768.0));
-            let moved = [self.coc[0] * at[0], self.coc[0] * at[1], self.coc[1] * at[0], self.coc[1] * at[1]];
-            moved.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |r, &by| [r[0].min(by), r[1].max(by)])
-        };
-        let ([x0, x1], [y0, y1]) = (shift(u), shift(v));
-        let b = self.in_focus;
-        [b[0] + x0, b[1] + x1, b[2] + y0, b[3] + y1]
+    /// The box that holds it through a part of the lens, with the signs of [`SIGNS`].
+    #[inline(always)]
+    fn through(&self, lens: &LensPart) -> Vec4 {
+        let in_focus = Vec4::from_array(self.in_focus) * SIGNS;
+        if self.coc == [0.0; 2] {
+            return in_focus;
+        }
+        let [least, most] = self.coc.map(Vec4::splat);
+        // In each component the least of the four products.
+        let ends = lesser(least * lens.from, least * lens.to);
+        in_focus + lesser(ends, lesser(most * lens.from, most * lens.to))
     }
 
     /// Part of the way to another; every number is monotone in `part`.
+    #[inline(always)]
     fn between(&self, to: &Extent, part: f32) -> Extent {
         let mix = |from: f32, to: f32| from + (to - from) * part;
         Extent {
@@ -57,6 +59,34 @@ impl Extent {
             near: mix(self.near, to.near),
         }
     }
+}
+
+/// What boxes `[x0, x1, y0, y1]` are multiplied by, so that the box that holds two of them is the lesser of both
+/// throughout.
+const SIGNS: Vec4 = Vec4::new(1.0, -1.0, 1.0, -1.0);
+
+/// A part of the lens, for boxes with [`SIGNS`].
+#[derive(Debug, Clone, Copy)]
+struct LensPart {
+    /// One end of it in each direction,
+    from: Vec4,
+    /// and the other.
+    to: Vec4,
+}
+
+impl LensPart {
+    #[inline(always)]
+    fn new(range: &StratumBounds) -> Self {
+        let [[u0, u1], [v0, v1]] = [range.u15, range.v15].map(|ends| ends.map(f32::from));
+        let places = |u: f32, uu: f32, v: f32, vv: f32| Vec4::new(u, uu, v, vv) * (1.0 / 32_768.0) * SIGNS;
+        LensPart { from: places(u0, u1, v0, v1), to: places(u1, u0, v1, v0) }
+    }
+}
+
+/// In each component the lesser; that of `a` where `b` is not a number.
+#[inline(always)]
+fn lesser(a: Vec4, b: Vec4) -> Vec4 {
+    Vec4::select(b.cmplt(a), b, a)
 }
 
 /// Where something can be over the time.
@@ -93,19 +123,25 @@ impl Sweep {
     pub fn over(&self, range: &StratumBounds) -> Bounds {
         let [from, to] = range.t15.map(|t15| f32::from(t15) * (1.0 / 32_768.0));
         let (from, to) = (from - ROUNDING_TIME, to + ROUNDING_TIME);
-        let (mut pixels, mut near, mut still) = (NOWHERE, f32::INFINITY, self.segments.len() <= 1);
+        let (mut held, mut near) = (Vec4::INFINITY, f32::INFINITY);
+        let mut still = self.segments.len() <= 1;
+        let lens = LensPart::new(range);
         for Segment { times, ends: [a, b] } in &self.segments {
             if to < times[0] || from > times[1] {
                 continue;
             }
-            still &= a == b && a.coc == [0.0; 2];
             let part = |time: f32| ((time - times[0]) / (times[1] - times[0])).clamp(0.0, 1.0);
-            for extent in [a.between(b, part(from)), a.between(b, part(to))] {
-                pixels = union(&pixels, &extent.through(range.u15, range.v15));
-                near = near.min(extent.near - extent.near.abs() * ROUNDING_DEPTH);
+            let stands = a == b;
+            still &= stands && a.coc == [0.0; 2];
+            // Where it stands, both ends are `a`.
+            let ends = if stands { [*a; 2] } else { [a.between(b, part(from)), a.between(b, part(to))] };
+            for extent in &ends[usize::from(stands)..] {
+                held = lesser(held, extent.through(&lens));
+                let least = extent.near - extent.near.abs() * ROUNDING_DEPTH;
+                near = if least < near { least } else { near };
             }
         }
-        Bounds { pixels: to_pixels(pixels), near, still }
+        Bounds { pixels: to_pixels((held * SIGNS).to_array()), near, still }
     }
 
     /// Adds what moves on straight lines in camera space, not on the raster: what passes the near plane.
@@ -156,8 +192,14 @@ impl Sweep {
 pub(super) const NOWHERE: [f32; 4] = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
 
 /// The pixels that a box touches, `[x0, x1, y0, y1]`, inclusive.
+#[inline(always)]
 pub fn to_pixels(b: [f32; 4]) -> [i32; 4] {
-    b.map(|px| px.floor().clamp(-2e9, 2e9) as i32)
+    // Not floor(), which is a call where the processor is not known.
+    b.map(|px| {
+        let px = px.clamp(-2e9, 2e9);
+        let whole = px as i32;
+        whole - i32::from(whole as f32 > px)
+    })
 }
 
 /// The box that holds both.
@@ -311,6 +353,15 @@ mod tests {
         let sweep = sweep_of(&[[0.0, 1.0, 0.0, 1.0], [100.0, 101.0, 100.0, 101.0]], &[0.0, 1.0]);
         assert_eq!(sweep.meets([80.0, 90.0, 10.0, 20.0]), None);
         assert!(sweep.meets([40.0, 50.0, 40.0, 50.0]).is_some());
+    }
+
+    #[test]
+    fn pixels_are_floors() {
+        for px in
+            [0.0, -0.0, 0.5, -0.5, -1.0, 1.0, 7.999, -8.001, 1e8, -1e8, 3e9, -3e9, f32::INFINITY, f32::NAN]
+        {
+            assert_eq!(to_pixels([px; 4]), [px.floor().clamp(-2e9, 2e9) as i32; 4], "{px}");
+        }
     }
 
     #[test]

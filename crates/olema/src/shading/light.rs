@@ -93,6 +93,10 @@ impl PlacedLight for PlacedAmbient {
     fn sample(&self, _p: Vec3) -> LightSample {
         LightSample::Ambient { cl: self.cl }
     }
+
+    fn is_alike_everywhere(&self) -> bool {
+        true
+    }
 }
 
 /// Parallel light along to - from: Cl = intensity lightcolor.
@@ -124,6 +128,10 @@ struct PlacedDistant {
 impl PlacedLight for PlacedDistant {
     fn sample(&self, _p: Vec3) -> LightSample {
         LightSample::From { l: self.l, cl: self.cl }
+    }
+
+    fn is_alike_everywhere(&self) -> bool {
+        true
     }
 }
 

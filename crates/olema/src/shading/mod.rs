@@ -10,6 +10,7 @@ mod light;
 mod octaves;
 mod params;
 mod reflect;
+mod reflect_lanes;
 mod space;
 mod surface;
 mod texture;
@@ -174,6 +175,11 @@ pub trait LightShader: Debug + Send + Sync {
 pub trait PlacedLight: Debug + Send + Sync {
     /// Light that arrives at `p` (camera space), shadowed by nothing.
     fn sample(&self, p: Vec3) -> LightSample;
+
+    /// Whether [`Self::sample`] says the same wherever it is asked.
+    fn is_alike_everywhere(&self) -> bool {
+        false
+    }
 }
 
 /// A surface shader and what its author should know.

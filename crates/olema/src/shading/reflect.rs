@@ -1,7 +1,8 @@
 //! What arrives at a vertex and what of it goes to the eye: RenderMan's `ambient`, `diffuse` and `specular`.
 //!
 //! In: a vertex's position, normals and direction from the eye, and the lights. Out: the three sums. Each
-//! vertex by itself, lights in their order. Source: RenderMan Interface 3.2, section 15.6.
+//! vertex by itself, lights in their order. Source: RenderMan Interface 3.2, section 15.6. Twin in lanes:
+//! `reflect_lanes`.
 
 use std::sync::Arc;
 
@@ -28,7 +29,7 @@ pub(super) fn normalize_or_zero(v: Vec3) -> Vec3 {
 }
 
 /// `x`, with infinities made the largest float and not-a-number 0: black times infinitely bright stays black.
-#[inline]
+#[inline(always)]
 pub(super) fn finite(v: Vec3) -> Vec3 {
     let one = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(f32::MIN, f32::MAX) };
     Vec3::new(one(v.x), one(v.y), one(v.z))

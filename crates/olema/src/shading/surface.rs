@@ -9,9 +9,11 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::params::Params;
-use super::reflect::{Facing, Wanted, finite, normalize_or_zero, reflect};
+use super::reflect::{Facing, Reflected, Wanted, finite, normalize_or_zero, reflect};
+use super::reflect_lanes;
 use super::{Inputs, OpacityUse, PlacedLight, ShadedPoints, ShaderTraits, ShadingPoints, SurfaceShader};
 use crate::error::Error;
+use crate::math::simd::SimdLevel;
 
 /// Names of the surfaces there are.
 pub const SURFACES: [&str; 8] =
@@ -99,6 +101,24 @@ fn write(
     }
 }
 
+/// Fewer vertices than this are shaded one by one: lanes that are left over cost as much as others.
+const FEW: usize = 4;
+
+/// Writes Oi = Os, Ci = Os * `color(Cs, what of the lights is reflected)`.
+fn write_lit(
+    points: &ShadingPoints,
+    vertices: &[u32],
+    (lights, wanted): (&[Arc<dyn PlacedLight>], Wanted),
+    out: &mut ShadedPoints,
+    color: impl Fn(Vec3, &Reflected) -> Vec3,
+) {
+    if vertices.len() < FEW {
+        write(points, vertices, out, |ix, cs| color(cs, &reflect(Facing::new(points, ix), lights, wanted)));
+    } else {
+        reflect_lanes::write_lit(SimdLevel::best(), points, vertices, (lights, wanted), out, color);
+    }
+}
+
 /// Colour as it is: Ci = Os Cs.
 #[derive(Debug)]
 struct Constant;
@@ -141,10 +161,14 @@ impl SurfaceShader for Matte {
         out: &mut ShadedPoints,
     ) {
         let wanted = Wanted { diffuse: true, exponent: None };
-        write(points, at, out, |ix, cs| {
-            let r = reflect(Facing::new(points, ix), lights, wanted);
-            cs * (self.ka * r.ambient + self.kd * r.diffuse)
-        });
+        write_lit(
+            points,
+            at,
+            (lights, wanted),
+            out,
+            #[inline(always)]
+            |cs, r| cs * (self.ka * r.ambient + self.kd * r.diffuse),
+        );
     }
 }
 
@@ -174,10 +198,14 @@ impl SurfaceShader for Metal {
         out: &mut ShadedPoints,
     ) {
         let wanted = Wanted { diffuse: false, exponent: Some(self.exponent) };
-        write(points, at, out, |ix, cs| {
-            let r = reflect(Facing::new(points, ix), lights, wanted);
-            cs * (self.ka * r.ambient + self.ks * r.specular)
-        });
+        write_lit(
+            points,
+            at,
+            (lights, wanted),
+            out,
+            #[inline(always)]
+            |cs, r| cs * (self.ka * r.ambient + self.ks * r.specular),
+        );
     }
 }
 
@@ -209,10 +237,17 @@ impl SurfaceShader for Plastic {
         out: &mut ShadedPoints,
     ) {
         let wanted = Wanted { diffuse: true, exponent: (self.ks != 0.0).then_some(self.exponent) };
-        write(points, at, out, |ix, cs| {
-            let r = reflect(Facing::new(points, ix), lights, wanted);
-            cs * (self.ka * r.ambient + self.kd * r.diffuse) + self.specular_color * (self.ks * r.specular)
-        });
+        write_lit(
+            points,
+            at,
+            (lights, wanted),
+            out,
+            #[inline(always)]
+            |cs, r| {
+                let body = cs * (self.ka * r.ambient + self.kd * r.diffuse);
+                body + self.specular_color * (self.ks * r.specular)
+            },
+        );
     }
 }
 

@@ -1,0 +1,340 @@
+//! What arrives at 16 vertices and what of it goes to the eye.
+//!
+//! In: vertices of a grid, the lights. Out: colours, the same bits as those of the scalar twin, [`super::reflect`]. Loops
+//! over lanes, choices by selects; to be called within [`SimdLevel::run`]. What is rare (a vector too long or too short to
+//! be squared) goes to the twin.
+
+#![allow(clippy::needless_range_loop)] // A loop over lanes reads as what it becomes.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::reflect::{Reflected, Wanted, finite, normalize_or_zero};
+use super::{LightSample, PlacedLight, ShadedPoints, ShadingPoints};
+use crate::math::simd::{LANES, SimdLevel};
+use crate::math::{Vec3s, function};
+
+/// Vectors by component and lane.
+type Lanes3 = [[f32; LANES]; 3];
+
+const ZEROS: Lanes3 = [[0.0; LANES]; 3];
+
+/// Writes Oi = Os, Ci = Os * `color(Cs, what is reflected)` at `vertices`.
+pub(super) fn write_lit(
+    level: SimdLevel,
+    points: &ShadingPoints,
+    vertices: &[u32],
+    (lights, wanted): (&[Arc<dyn PlacedLight>], Wanted),
+    out: &mut ShadedPoints,
+    color: impl Fn(Vec3, &Reflected) -> Vec3,
+) {
+    level.run(
+        #[inline(always)]
+        || {
+            for vertices in vertices.chunks(LANES) {
+                write_chunk(points, vertices, lights, wanted, out, &color);
+            }
+        },
+    );
+}
+
+#[inline(always)]
+fn write_chunk(
+    points: &ShadingPoints,
+    vertices: &[u32],
+    lights: &[Arc<dyn PlacedLight>],
+    wanted: Wanted,
+    out: &mut ShadedPoints,
+    color: &impl Fn(Vec3, &Reflected) -> Vec3,
+) {
+    let picked = Picked::new(vertices);
+    let sums = reflect(points, &picked, lights, wanted);
+    let (cs, os) = (picked.load(&points.cs), picked.load(&points.os));
+    let mut ci: Lanes3 = ZEROS;
+    for lane in 0..LANES {
+        let reflected = Reflected {
+            ambient: finite(at(&sums.ambient, lane)),
+            diffuse: finite(at(&sums.diffuse, lane)),
+            specular: finite(at(&sums.specular, lane)),
+        };
+        let c = at(&os, lane) * finite(color(at(&cs, lane), &reflected));
+        (ci[0][lane], ci[1][lane], ci[2][lane]) = (c.x, c.y, c.z);
+    }
+    picked.store(&mut out.oi, &os);
+    picked.store(&mut out.ci, &ci);
+}
+
+/// Up to 16 vertices.
+struct Picked<'a> {
+    vertices: &'a [u32],
+    /// The first where they are 16 in a row.
+    run: Option<usize>,
+}
+
+impl<'a> Picked<'a> {
+    #[inline(always)]
+    fn new(vertices: &'a [u32]) -> Self {
+        let first = vertices[0];
+        let in_a_row = (first..).zip(vertices).all(|(expected, &vertex)| vertex == expected);
+        let run = (in_a_row && vertices.len() == LANES).then_some(first as usize);
+        Picked { vertices, run }
+    }
+
+    /// Their values; those of the first one in lanes that are left over.
+    #[inline(always)]
+    fn load(&self, from: &Vec3s) -> Lanes3 {
+        let mut to = ZEROS;
+        for (to, from) in to.iter_mut().zip([&from.x, &from.y, &from.z]) {
+            if let Some(first) = self.run {
+                to.copy_from_slice(&from[first..first + LANES]);
+            } else {
+                *to = [from[self.vertices[0] as usize]; LANES];
+                to.iter_mut().zip(self.vertices).for_each(|(to, &vertex)| *to = from[vertex as usize]);
+            }
+        }
+        to
+    }
+
+    #[inline(always)]
+    fn store(&self, to: &mut Vec3s, from: &Lanes3) {
+        for (to, from) in [&mut to.x, &mut to.y, &mut to.z].into_iter().zip(from) {
+            if let Some(first) = self.run {
+                to[first..first + LANES].copy_from_slice(from);
+            } else {
+                from.iter().zip(self.vertices).for_each(|(&from, &vertex)| to[vertex as usize] = from);
+            }
+        }
+    }
+}
+
+/// Sums over all lights.
+struct Sums {
+    ambient: Lanes3,
+    diffuse: Lanes3,
+    specular: Lanes3,
+}
+
+#[inline(always)]
+fn reflect(points: &ShadingPoints, picked: &Picked, lights: &[Arc<dyn PlacedLight>], wanted: Wanted) -> Sums {
+    let mut sums = Sums { ambient: ZEROS, diffuse: ZEROS, specular: ZEROS };
+    let i = picked.load(&points.i);
+    let nf = facing(&i, &picked.load(&points.n), &picked.load(&points.ng));
+    // Vectors towards the eye, where a highlight needs them.
+    let v = match wanted.exponent {
+        Some(_) => normalize(&i).map(|component| component.map(|c| -c)),
+        None => i,
+    };
+    let p = picked.load(&points.p);
+    for light in lights {
+        let Some((l, cl)) = arriving(&**light, &p, &mut sums.ambient) else { continue };
+        let cos = dot(&nf, &l);
+        if !cos.iter().fold(false, |any, &cos| any | (cos > 0.0)) {
+            continue;
+        }
+        if wanted.diffuse {
+            add(&mut sums.diffuse, &cl, &cos, &cos);
+        }
+        if let Some(exponent) = wanted.exponent {
+            let mut half = l;
+            for c in 0..3 {
+                for lane in 0..LANES {
+                    half[c][lane] += v[c][lane];
+                }
+            }
+            let mut share = dot(&nf, &normalize(&half));
+            for share in &mut share {
+                *share = function::pow_in_lanes(share.clamp(0.0, 1.0), exponent);
+            }
+            add(&mut sums.specular, &cl, &share, &cos);
+        }
+    }
+    sums
+}
+
+/// Adds `cl * by` where `cos` is above 0.
+#[inline(always)]
+fn add(sum: &mut Lanes3, cl: &Lanes3, by: &[f32; LANES], cos: &[f32; LANES]) {
+    for c in 0..3 {
+        for lane in 0..LANES {
+            let more = sum[c][lane] + cl[c][lane] * by[lane];
+            sum[c][lane] = if cos[lane] > 0.0 { more } else { sum[c][lane] };
+        }
+    }
+}
+
+/// Unit vectors to a light from 16 points and its colours there; what comes from everywhere goes to `ambient`.
+#[inline(always)]
+fn arriving(light: &dyn PlacedLight, p: &Lanes3, ambient: &mut Lanes3) -> Option<(Lanes3, Lanes3)> {
+    let (mut to_light, mut colors, mut is_from) = (ZEROS, ZEROS, false);
+    let is_alike = light.is_alike_everywhere();
+    let mut sample = light.sample(at(p, 0));
+    for lane in 0..LANES {
+        if lane > 0 && !is_alike {
+            sample = light.sample(at(p, lane));
+        }
+        match sample {
+            LightSample::Ambient { cl } => set(ambient, lane, at(ambient, lane) + cl),
+            LightSample::From { l, cl } => {
+                is_from = true;
+                set(&mut to_light, lane, l);
+                set(&mut colors, lane, cl);
+            }
+        }
+    }
+    // Where it is ambient the vector is zero, and so is the cosine.
+    is_from.then_some((to_light, colors))
+}
+
+/// Unit normals turned towards the eye, or zeros: see [`super::reflect::Facing`].
+#[inline(always)]
+fn facing(i: &Lanes3, n: &Lanes3, ng: &Lanes3) -> Lanes3 {
+    let n = normalize(n);
+    let (geometric, shading) = (dot(i, ng), dot(i, &n));
+    let mut nf = n;
+    for c in 0..3 {
+        for lane in 0..LANES {
+            let fails = geometric[lane] == 0.0 || geometric[lane].is_nan();
+            let away = if fails { shading[lane] } else { geometric[lane] };
+            nf[c][lane] = if away > 0.0 { -n[c][lane] } else { n[c][lane] };
+        }
+    }
+    nf
+}
+
+/// [`normalize_or_zero`] in every lane.
+#[inline(always)]
+fn normalize(v: &Lanes3) -> Lanes3 {
+    let squared = dot(v, v);
+    let (mut unit, mut all_fit) = (*v, true);
+    for lane in 0..LANES {
+        let scale = 1.0 / squared[lane].sqrt();
+        for c in 0..3 {
+            unit[c][lane] = v[c][lane] * scale;
+        }
+        all_fit &= squared[lane] > 1e-30 && squared[lane] < 1e30;
+    }
+    if !all_fit {
+        (0..LANES).for_each(|lane| set(&mut unit, lane, normalize_or_zero(at(v, lane))));
+    }
+    unit
+}
+
+#[inline(always)]
+fn dot(a: &Lanes3, b: &Lanes3) -> [f32; LANES] {
+    std::array::from_fn(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
+}
+
+#[inline(always)]
+fn at(v: &Lanes3, lane: usize) -> Vec3 {
+    Vec3::new(v[0][lane], v[1][lane], v[2][lane])
+}
+
+#[inline(always)]
+fn set(v: &mut Lanes3, lane: usize, to: Vec3) {
+    (v[0][lane], v[1][lane], v[2][lane]) = (to.x, to.y, to.z);
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat4;
+
+    use super::super::reflect::{Facing, reflect as reflect_one};
+    use super::super::{ShaderParam, light};
+    use super::*;
+    use crate::sampling::hash::Stream;
+
+    /// A light that is ambient on one side.
+    #[derive(Debug)]
+    struct HalfAmbient;
+
+    impl PlacedLight for HalfAmbient {
+        fn sample(&self, p: Vec3) -> LightSample {
+            let cl = Vec3::new(0.5, 0.25, 2.0);
+            if p.x < 0.0 { LightSample::Ambient { cl } } else { LightSample::From { l: Vec3::NEG_Z, cl } }
+        }
+    }
+
+    fn number(stream: &mut Stream) -> f32 {
+        let odd = [0.0, -0.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e-30, 1e30, f32::MAX, 1e-40];
+        match stream.below(30) {
+            pick @ 0..9 => odd[pick as usize],
+            _ => stream.below(2001) as f32 / 500.0 - 2.0,
+        }
+    }
+
+    fn random_points(len: usize, stream: &mut Stream) -> ShadingPoints {
+        let mut points = ShadingPoints::default();
+        let ShadingPoints { p, n, ng, i, cs, os, .. } = &mut points;
+        for all in [p, n, ng, i, cs, os] {
+            for _ in 0..len {
+                let is_zero = stream.below(12) == 0;
+                let v = Vec3::from_array(std::array::from_fn(|_| number(stream)));
+                all.push(if is_zero { Vec3::ZERO } else { v });
+            }
+        }
+        points
+    }
+
+    fn color(cs: Vec3, r: &Reflected) -> Vec3 {
+        cs * (0.7 * r.ambient + 0.4 * r.diffuse) + Vec3::new(0.1, 0.2, 0.3) * r.specular
+    }
+
+    /// Bits, but one for all that are not numbers.
+    fn bits(shaded: &ShadedPoints) -> Vec<u32> {
+        let bits = |&value: &f32| if value.is_nan() { u32::MAX } else { value.to_bits() };
+        let Vec3s { x, y, z } = &shaded.ci;
+        let ci = x.iter().chain(y).chain(z);
+        ci.chain(&shaded.oi.x).chain(&shaded.oi.y).chain(&shaded.oi.z).map(bits).collect()
+    }
+
+    /// What lanes give at each level, and what the twin gives for normals that are `off`.
+    fn compare(off: f32) -> usize {
+        let mut stream = Stream::new(11);
+        let place = |name: &str| light(name, &[ShaderParam::float("intensity", 2.0)]).expect(name);
+        let mut lights: Vec<Arc<dyn PlacedLight>> =
+            ["ambientlight", "distantlight", "pointlight", "spotlight"]
+                .map(|name| place(name).shader.place(&DMat4::from_rotation_x(0.4)))
+                .into();
+        lights.push(Arc::new(HalfAmbient));
+        let mut differ = 0;
+        for len in [1usize, 5, 16, 33, 200] {
+            let points = random_points(len, &mut stream);
+            let all: Vec<u32> = (0..len as u32).collect();
+            let some: Vec<u32> = all.iter().copied().filter(|_| stream.below(4) > 0).collect();
+            for (vertices, exponent) in
+                [(&all, Some(10.0)), (&some, Some(0.3)), (&some, None), (&all, Some(f32::INFINITY))]
+            {
+                let wanted = Wanted { diffuse: true, exponent };
+                let blank =
+                    || ShadedPoints { ci: Vec3s::splat(Vec3::ONE, len), oi: Vec3s::splat(Vec3::ONE, len) };
+                let mut expected = blank();
+                for &vertex in vertices {
+                    let ix = vertex as usize;
+                    let mut facing = Facing::new(&points, ix);
+                    facing.nf.x += off;
+                    let reflected = reflect_one(facing, &lights, wanted);
+                    let os = points.os.get(ix);
+                    expected.oi.set(ix, os);
+                    expected.ci.set(ix, os * finite(color(points.cs.get(ix), &reflected)));
+                }
+                for level in SimdLevel::all() {
+                    let mut out = blank();
+                    write_lit(level, &points, vertices, (&lights, wanted), &mut out, color);
+                    differ += usize::from(bits(&out) != bits(&expected));
+                }
+            }
+        }
+        differ
+    }
+
+    #[test]
+    fn lanes_give_the_bits_of_the_twin_for_any_input() {
+        assert_eq!(compare(0.0), 0);
+    }
+
+    #[test]
+    fn a_normal_a_little_off_is_noticed() {
+        assert!(compare(1e-6) > 0);
+    }
+}

@@ -5,47 +5,18 @@
 //! so nobody counts how many still will: tiles are taken in order, and once all up to a grid's last tile are done, the
 //! grid is let go of.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use crate::math::map::Map;
 use crate::pipeline::GridKey;
 use crate::pipeline::shade::ShadedGrid;
 
 /// Locks that share the work; a grid is looked up once a tile, so that contention is rare.
 const SHARDS: usize = 64;
 
-/// Mixes keys with a product each word (Knuth, section 6.4): they come from splitting, which nobody can aim at one
-/// bucket, and a hash that withstands that took half of a look-up.
-#[derive(Debug, Default, Clone, Copy)]
-struct Mix(u64);
-
-impl Hasher for Mix {
-    fn finish(&self) -> u64 {
-        self.0 ^ (self.0 >> 32)
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&byte| self.write_u64(byte.into()));
-    }
-
-    fn write_u32(&mut self, word: u32) {
-        self.write_u64(word.into());
-    }
-
-    fn write_u64(&mut self, word: u64) {
-        self.0 = (self.0.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    }
-
-    fn write_u128(&mut self, word: u128) {
-        self.write_u64(word as u64);
-        self.write_u64((word >> 64) as u64);
-    }
-}
-
-type Shard = HashMap<GridKey, Kept, BuildHasherDefault<Mix>>;
+type Shard = Map<GridKey, Kept>;
 
 /// Shared by all workers of a frame.
 pub(super) struct GridCache {

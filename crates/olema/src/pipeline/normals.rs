@@ -7,14 +7,17 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::geometry::lanes::{SLACK, SurfacePoints};
+use crate::geometry::lanes::SurfacePoints;
 use crate::math::Vec3s;
 use crate::math::simd::SimdLevel;
 
 use super::patch::normal_or_zero;
 
+/// Normals at a time.
+const GROUP: usize = 8;
+
 /// Writes the unit normals du x dv of the points `range`, times `sign`, to the same places of `to`; zero where du and dv
-/// vanish or are parallel. Returns whether that may have happened. Up to [`SLACK`] normals behind the range are lost: whole
+/// vanish or are parallel. Returns whether that may have happened. Up to [`GROUP`] normals behind the range are lost: whole
 /// groups go through, since ranges are short.
 pub fn surface_normals(
     level: SimdLevel,
@@ -26,7 +29,7 @@ pub fn surface_normals(
     level.run(
         #[inline(always)]
         || {
-            let len = range.len().next_multiple_of(SLACK);
+            let len = range.len().next_multiple_of(GROUP);
             let range = range.start..range.start + len;
             let (du, dv) = (at.du.slice(range.clone()), at.dv.slice(range.clone()));
             let mut to = to.slice_mut(range);
@@ -39,6 +42,26 @@ pub fn surface_normals(
             missing != 0
         },
     )
+}
+
+/// Writes what lies part of the way from one unit normal to another to `out`, of unit length; the first of them where the
+/// two are opposite.
+pub fn blend_normals(level: SimdLevel, [from, to]: [&Vec3s; 2], part: f32, len: usize, out: &mut Vec3s) {
+    out.make_room(len);
+    level.run(
+        #[inline(always)]
+        || {
+            let (from, to, mut out) = (from.slice(0..len), to.slice(0..len), out.slice_mut(0..len));
+            for ix in 0..len {
+                let (from, to) = (from.get(ix), to.get(ix));
+                let between = from + (to - from) * part;
+                let inverse = 1.0 / between.length();
+                let exists = (inverse > 0.0) & (inverse < f32::INFINITY);
+                let unit = between * inverse;
+                out.set(ix, if exists { unit } else { from });
+            }
+        },
+    );
 }
 
 /// Unit normals of a lattice by central differences, times `sign`; zero where it is folded to nothing.

@@ -8,6 +8,7 @@ use glam::{Vec3, Vec4};
 
 use crate::geometry::SurfacePoint;
 use crate::geometry::bezier::{Bicubic, Bilinear, ControlPoint};
+use crate::geometry::hull::{Hull, bicubic_hull};
 use crate::geometry::subdivision::{Evaluator, LimitSurface};
 use crate::math::simd::SimdLevel;
 
@@ -105,6 +106,26 @@ impl Limit {
             dv += (next.dp_dv - dv) * part;
         }
         SurfacePoint { p: placement.place(p), du: placement.turn(du), dv: placement.turn(dv) }
+    }
+}
+
+impl Limit {
+    /// Corners of a box in object space that holds the surface over `u` x `v` at a key, in camera space.
+    fn hull(&self, evaluator: &mut Evaluator, key: usize, u: [f32; 2], v: [f32; 2]) -> Hull {
+        let placement = &self.placements[key];
+        let [from, to] = placement.points.keys;
+        let mut bounds = evaluator.bounds(from, u, v);
+        if placement.points.part != 0.0 {
+            // The box of both holds all that lies between, whatever the rounding.
+            let next = evaluator.bounds(to, u, v);
+            bounds.min = bounds.min.min(next.min);
+            bounds.max = bounds.max.max(next.max);
+        }
+        let corner = |corner: usize| {
+            let pick = |axis: usize| [bounds.min[axis], bounds.max[axis]][corner >> axis & 1];
+            placement.place(Vec3::new(pick(0), pick(1), pick(2)))
+        };
+        Hull::of::<8>(std::array::from_fn(corner))
     }
 }
 
@@ -245,26 +266,16 @@ impl<'a> Surfaces<'a> {
         })
     }
 
-    /// Calls `visit` with camera-space points whose convex hull holds the patch over `u` x `v` at a key.
-    pub fn hull(&self, patch: u32, key: usize, u: [f32; 2], v: [f32; 2], mut visit: impl FnMut(Vec3)) {
-        self.with(patch, |loaded| match loaded {
-            Loaded::Control(first, later) => at_key(first, later, key).hull(u, v, visit),
-            Loaded::Limit(evaluator, limit) => {
-                let placement = &limit.placements[key];
-                let [from, to] = placement.points.keys;
-                let mut bounds = evaluator.bounds(from, u, v);
-                if placement.points.part != 0.0 {
-                    // The box of both holds all that lies between, whatever the rounding.
-                    let next = evaluator.bounds(to, u, v);
-                    bounds.min = bounds.min.min(next.min);
-                    bounds.max = bounds.max.max(next.max);
-                }
-                for corner in 0..8 {
-                    let pick = |bit: u32, c: usize| {
-                        if corner >> bit & 1 == 0 { bounds.min[c] } else { bounds.max[c] }
-                    };
-                    visit(placement.place(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))));
-                }
+    /// Appends points in camera space whose convex hull holds the patch over `u` x `v`, at each of `num_keys` keys.
+    pub fn hulls(&self, patch: u32, num_keys: usize, u: [f32; 2], v: [f32; 2], out: &mut Vec<Hull>) {
+        self.with(patch, |loaded| {
+            for key in 0..num_keys {
+                out.push(match loaded {
+                    Loaded::Control(first, later) => {
+                        at_key(first, later, key).hull_in_lanes(self.level, u, v)
+                    }
+                    Loaded::Limit(evaluator, limit) => limit.hull(evaluator, key, u, v),
+                });
             }
         });
     }
@@ -343,6 +354,16 @@ impl Surface {
             Surface::RationalBilinear(s) => all(&s.restrict(u, v).0, &mut visit),
             Surface::Bicubic(s) => all(&s.restrict(u, v).0, &mut visit),
             Surface::RationalBicubic(s) => all(&s.restrict(u, v).0, &mut visit),
+        }
+    }
+
+    /// [`Self::hull`] in lanes.
+    fn hull_in_lanes(&self, level: SimdLevel, u: [f32; 2], v: [f32; 2]) -> Hull {
+        match self {
+            Surface::Bilinear(s) => Hull::of(s.restrict(u, v).0),
+            Surface::RationalBilinear(s) => Hull::of(s.restrict(u, v).0.map(ControlPoint::position)),
+            Surface::Bicubic(s) => bicubic_hull(level, s, u, v),
+            Surface::RationalBicubic(s) => Hull::of(s.restrict(u, v).0.map(ControlPoint::position)),
         }
     }
 

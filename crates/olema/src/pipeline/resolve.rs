@@ -126,8 +126,8 @@ fn surface_at(
     let mix =
         |values: &[f32]| values[triangle[0]] * w[0] + values[triangle[1]] * w[1] + values[triangle[2]] * w[2];
     let (c, o) = (&colors.color, &colors.opacity);
-    let color = [mix(&c.x), mix(&c.y), mix(&c.z)];
-    let opacity = if o.is_empty() { [1.0; 3] } else { [mix(&o.x), mix(&o.y), mix(&o.z)] };
+    let color = [mix(c.x()), mix(c.y()), mix(c.z())];
+    let opacity = if o.is_empty() { [1.0; 3] } else { [mix(o.x()), mix(o.y()), mix(o.z())] };
     (color, opacity)
 }
 

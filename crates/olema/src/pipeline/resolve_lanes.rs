@@ -139,7 +139,7 @@ impl Kernel<'_> {
         let (b1, b2) = (lanes.mul_f(w1, r), lanes.mul_f(w2, r));
         let b0 = lanes.sub_f(lanes.sub_f(lanes.splat_f(1.0), b1), b2);
         let b0 = lanes.greater(b0, lanes.splat_f(0.0));
-        for (out, values) in out.iter_mut().zip([&colors.color.x, &colors.color.y, &colors.color.z]) {
+        for (out, values) in out.iter_mut().zip(colors.color.axes()) {
             let part = |corner: usize| lanes.splat_f(values[triangle[corner]]);
             let sum = lanes.add_f(lanes.mul_f(part(0), b0), lanes.mul_f(part(1), b1));
             lanes.store_f(lanes.add_f(sum, lanes.mul_f(part(2), b2)), out, 0);

@@ -134,4 +134,27 @@ mod tests {
             assert_eq!(to[2].get(20), Vec3::ZERO);
         }
     }
+
+    #[test]
+    fn what_lies_between_is_the_twin_on_every_level() {
+        let list = |seed: u32| {
+            let mut list = Vec3s::default();
+            for n in 0..37 {
+                let random = |axis: u32| signed_unit(hash32(seed + 3 * n + axis));
+                list.push(Vec3::new(random(0), random(1), random(2)));
+            }
+            list
+        };
+        let (from, to) = (list(0), list(1000));
+        for (level, len) in
+            SimdLevel::all().into_iter().flat_map(|level| [1, 8, 16, 37].map(|len| (level, len)))
+        {
+            let mut out = Vec3s::default();
+            between(level, [&from, &to], 0.3, len, &mut out);
+            for ix in 0..len {
+                let twin = from.get(ix) + (to.get(ix) - from.get(ix)) * 0.3;
+                assert_eq!(out.get(ix), twin, "{level:?}");
+            }
+        }
+    }
 }

@@ -238,3 +238,46 @@ impl View<'_> {
         Ok(Bound { pixels: whole, depth, at_eye, size_px, sweep, times })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{hash32, signed_unit};
+    use crate::scene::{Camera, Projection};
+
+    #[test]
+    fn what_holds_control_points_is_the_same_point_by_point() {
+        let region = Region::new(-3, 61, 20, 90);
+        for projection in [Projection::Perspective { fov: 50.0 }, Projection::Orthographic] {
+            let camera = Camera { projection, clipping: [2.0, f32::INFINITY], ..Camera::default() };
+            let camera = RasterCamera::new(&camera, [640, 480]);
+            // Some of them in front of the near plane.
+            let point =
+                |n: u32| Vec3::from([0, 1, 2].map(|a| signed_unit(hash32(3 * n + a)))) * 2.0 + Vec3::Z * 2.5;
+            let points: Vec<[Vec3; 16]> =
+                (0..3).map(|key| std::array::from_fn(|ix| point(16 * key + ix as u32))).collect();
+            let hulls: Vec<Hull> = points.iter().map(|points| Hull::of(*points)).collect();
+            let (mut depth, mut greatest) = ([f32::INFINITY, f32::NEG_INFINITY], 0.0f32);
+            let mut inside = [f32::NEG_INFINITY; 4];
+            for p in points.iter().flatten() {
+                depth = [depth[0].min(p.z), depth[1].max(p.z)];
+                greatest = greatest.max(p.abs().max_element());
+                let w = if camera.perspective { p.z } else { 1.0 };
+                let x = p.x * camera.scale[0] + w * camera.center[0];
+                let y = w * camera.center[1] - p.y * camera.scale[1];
+                let apart = [x - w * -4.0, w * 62.0 - x, y - w * 19.0, w * 91.0 - y];
+                (0..4).for_each(|side| inside[side] = inside[side].max(apart[side]));
+            }
+            for level in SimdLevel::all() {
+                let mut keys = Vec::new();
+                let found = reach(level, &camera, &region, &hulls, &mut keys);
+                assert_eq!(found, Reach { depth, greatest, inside }, "{level:?}");
+                for (key, points) in keys.iter().zip(&points) {
+                    let mut twin = KeyExtent::EMPTY;
+                    points.iter().for_each(|&p| twin.include(&camera, p));
+                    assert_eq!((key.least, key.most, key.raster), (twin.least, twin.most, twin.raster));
+                }
+            }
+        }
+    }
+}

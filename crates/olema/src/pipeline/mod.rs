@@ -18,6 +18,7 @@ pub mod displace;
 pub mod grid;
 pub mod known;
 pub mod lattice;
+pub mod limit;
 pub mod measure;
 pub mod motion;
 pub mod moving;

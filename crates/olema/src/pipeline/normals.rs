@@ -89,3 +89,32 @@ pub fn lattice_normals(level: SimdLevel, lattice: &Vec3s, width: usize, sign: f3
         },
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{hash32, signed_unit};
+
+    #[test]
+    fn blended_normals_are_the_twin_on_every_level() {
+        let list = |seed: u32| {
+            let mut list = Vec3s::default();
+            for n in 0..37 {
+                let random = |axis: u32| signed_unit(hash32(seed + 3 * n + axis));
+                list.push(Vec3::new(random(0), random(1), random(2)).normalize());
+            }
+            list
+        };
+        let (from, mut to) = (list(0), list(1000));
+        to.set(5, -from.get(5));
+        for level in SimdLevel::all() {
+            let mut out = Vec3s::default();
+            blend_normals(level, [&from, &to], 0.5, 37, &mut out);
+            for ix in 0..37 {
+                let between = from.get(ix) + (to.get(ix) - from.get(ix)) * 0.5;
+                assert_eq!(out.get(ix), between.normalize_or(from.get(ix)), "{level:?}");
+            }
+            assert_eq!(out.get(5), from.get(5), "opposite ones");
+        }
+    }
+}

@@ -17,7 +17,7 @@ use super::patch::normal_or_zero;
 const GROUP: usize = 8;
 
 /// Writes the unit normals du x dv of the points `range`, times `sign`, to the same places of `to`; zero where du and dv
-/// vanish or are parallel. Returns whether that may have happened. Up to [`GROUP`] normals behind the range are lost: whole
+/// vanish or are parallel. Returns whether that may have happened. Up to eight normals behind the range are lost: whole
 /// groups go through, since ranges are short.
 pub fn surface_normals(
     level: SimdLevel,

@@ -74,7 +74,7 @@ impl DisplacementShader for BadDisplacement {
                 match self.fault {
                     Fault::NotANumber => moved.y = f32::NAN,
                     Fault::Infinite => {
-                        moved.z = if points.p.x[ix] < 0.0 { f32::NEG_INFINITY } else { f32::INFINITY }
+                        moved.z = if points.p.x()[ix] < 0.0 { f32::NEG_INFINITY } else { f32::INFINITY }
                     }
                     Fault::Beyond(times) => moved = n * (times * self.amplitude),
                     Fault::Huge => moved = n * 3e38,

@@ -9,14 +9,14 @@ use std::collections::hash_map::Entry;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use crate::math::map::Map;
 use crate::pipeline::GridKey;
 use crate::pipeline::shade::ShadedGrid;
-use crate::pipeline::slots::ByGrid;
 
 /// Locks that share the work; a grid is looked up once a tile, so that contention is rare.
 const SHARDS: usize = 64;
 
-type Shard = ByGrid<Kept>;
+type Shard = Map<GridKey, Kept>;
 
 /// Shared by all workers of a frame.
 pub(super) struct GridCache {

@@ -149,6 +149,8 @@ impl<'a> FrameData<'a> {
             eye_splits: self.settings.eye_splits as u8,
             fineness: &self.fineness,
             sabotage: self.sabotage,
+            places: RefCell::default(),
+            hulls: RefCell::default(),
         }
     }
 

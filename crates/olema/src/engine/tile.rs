@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::occlusion::{CullPlan, Occluders};
+use crate::pipeline::areas::count_areas;
 use crate::pipeline::bound::{Bound, bound};
 use crate::pipeline::dice::dice;
 use crate::pipeline::displace::Corrections;
@@ -377,7 +378,7 @@ impl<'a> TileWorker<'a> {
         stats.grids_again += u64::from(again);
         stats.diced_points_again += if again { num_vertices } else { 0 };
         stats.eye_edges += piece.sides.iter().filter(|side| context.stops_at_eye(side)).count() as u64;
-        count_areas(&diced.grid, &mut stats.area_histogram);
+        count_areas(context.surfaces.level, &diced.grid, &mut stats.area_histogram);
         let grid = ShadedGrid::new(diced, frame.shader(primitive_ix).surface);
         stats.seconds.dice += watch.seconds();
         Arc::new(grid)
@@ -392,19 +393,5 @@ impl<'a> TileWorker<'a> {
                 crate::image::finish_pixel([r, g, b, a], settings.background, settings.exposure);
             *pixel = [r, g, b, a, z];
         }
-    }
-}
-
-/// Counts the areas of a grid's micropolygons, two triangles each.
-fn count_areas(grid: &Grid, histogram: &mut [u64; 16]) {
-    for micropolygon in (0..grid.num_micropolygons()).filter(|&mp| !grid.is_slow(mp)) {
-        let [a, b, c, d] = grid.corners(micropolygon).map(|v| [i64::from(grid.x[v]), i64::from(grid.y[v])]);
-        let twice = |p: [i64; 2], q: [i64; 2], r: [i64; 2]| {
-            ((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])).unsigned_abs()
-        };
-        // Doubled areas in 1/65536 square pixels: bit 17 is one pixel.
-        let doubled = twice(a, b, c) + twice(a, c, d);
-        let bin = if doubled == 0 { 0 } else { (doubled.ilog2() as i32 - 17 + 8).clamp(0, 15) };
-        histogram[bin as usize] += 1;
     }
 }

@@ -31,6 +31,8 @@ pub struct SurfacePoint {
 pub trait ControlPoint: Copy {
     /// a + (b - a) t, component by component.
     fn lerp(a: Self, b: Self, t: f32) -> Self;
+    /// a (1 - t) + b t, component by component: next to a huge point a small one keeps its digits.
+    fn mix(a: Self, b: Self, t: f32) -> Self;
     /// Weighted sum, in the order of the arguments.
     fn blend(points: [Self; 4], weights: [f32; 4]) -> Self;
     /// The point in space.
@@ -43,6 +45,11 @@ impl ControlPoint for Vec3 {
     #[inline(always)]
     fn lerp(a: Self, b: Self, t: f32) -> Self {
         a + (b - a) * t
+    }
+
+    #[inline(always)]
+    fn mix(a: Self, b: Self, t: f32) -> Self {
+        a * (1.0 - t) + b * t
     }
 
     #[inline(always)]
@@ -65,6 +72,11 @@ impl ControlPoint for Vec4 {
     #[inline(always)]
     fn lerp(a: Self, b: Self, t: f32) -> Self {
         a + (b - a) * t
+    }
+
+    #[inline(always)]
+    fn mix(a: Self, b: Self, t: f32) -> Self {
+        a * (1.0 - t) + b * t
     }
 
     #[inline(always)]
@@ -170,13 +182,13 @@ impl<P: ControlPoint> Bicubic<P> {
         let mut p = self.0;
         if u != [0.0, 1.0] {
             for j in 0..4 {
-                let row = restrict_curve([p[4 * j], p[4 * j + 1], p[4 * j + 2], p[4 * j + 3]], u);
+                let row = restrict_curve([p[4 * j], p[4 * j + 1], p[4 * j + 2], p[4 * j + 3]], u, P::mix);
                 p[4 * j..4 * j + 4].copy_from_slice(&row);
             }
         }
         if v != [0.0, 1.0] {
             for i in 0..4 {
-                let column = restrict_curve([p[i], p[4 + i], p[8 + i], p[12 + i]], v);
+                let column = restrict_curve([p[i], p[4 + i], p[8 + i], p[12 + i]], v, P::mix);
                 for (j, point) in column.into_iter().enumerate() {
                     p[4 * j + i] = point;
                 }
@@ -205,15 +217,19 @@ impl<P: ControlPoint> Column<P> {
 }
 
 /// Control points of a cubic over `[t0, t1]` (its blossom at the new ends).
-fn restrict_curve<P: ControlPoint>(p: [P; 4], [t0, t1]: [f32; 2]) -> [P; 4] {
-    // Weights, not differences: next to a huge point a small one keeps its digits.
-    let mix = |a: P, b: P, t: f32| P::blend([a, b, a, a], [1.0 - t, t, 0.0, 0.0]);
-    let blossom = |a: f32, b: f32, c: f32| {
-        let first = [mix(p[0], p[1], a), mix(p[1], p[2], a), mix(p[2], p[3], a)];
-        let second = [mix(first[0], first[1], b), mix(first[1], first[2], b)];
-        mix(second[0], second[1], c)
-    };
-    [blossom(t0, t0, t0), blossom(t0, t0, t1), blossom(t0, t1, t1), blossom(t1, t1, t1)]
+#[inline(always)]
+pub(super) fn restrict_curve<P: Copy>(p: [P; 4], [t0, t1]: [f32; 2], mix: impl Fn(P, P, f32) -> P) -> [P; 4] {
+    let near = [mix(p[0], p[1], t0), mix(p[1], p[2], t0), mix(p[2], p[3], t0)];
+    let far = [mix(p[0], p[1], t1), mix(p[1], p[2], t1), mix(p[2], p[3], t1)];
+    let middle = [mix(near[0], near[1], t1), mix(near[1], near[2], t1)];
+    let near = [mix(near[0], near[1], t0), mix(near[1], near[2], t0)];
+    let far = [mix(far[0], far[1], t1), mix(far[1], far[2], t1)];
+    [
+        mix(near[0], near[1], t0),
+        mix(near[0], near[1], t1),
+        mix(middle[0], middle[1], t1),
+        mix(far[0], far[1], t1),
+    ]
 }
 
 /// A bilinear patch with corners at (u, v) = (0,0), (1,0), (0,1), (1,1).

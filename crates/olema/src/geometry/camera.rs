@@ -7,9 +7,7 @@
 
 use glam::Vec3;
 
-use crate::math::Vec3Slice;
 use crate::math::function::{cos64, sin64};
-use crate::math::simd::SimdLevel;
 use crate::scene::{Camera, Projection};
 
 /// Raster positions beyond this many pixels from the frame's corner are clipped in camera space first.
@@ -145,32 +143,6 @@ impl RasterCamera {
     pub fn lens_scale(&self) -> [f64; 2] {
         let [x, y] = self.scale.map(|s| f64::from(s.abs()));
         [x / x.max(y), y / x.max(y)]
-    }
-
-    /// [`Self::fixed`] of a list, into `x` and `y`, which are as long. Returns whether all points have such a position;
-    /// if one has none, it gets any.
-    pub fn fixed_list(&self, level: SimdLevel, p: Vec3Slice, x: &mut [i32], y: &mut [i32]) -> bool {
-        let most_coc_px = |z: f32| self.lens.map_or(0.0, |lens| lens.coc_px(z).abs());
-        level.run(
-            #[inline(always)]
-            || {
-                let len = p.x.len();
-                let (x, y) = (&mut x[..len], &mut y[..len]);
-                let mut beyond = 0;
-                for ix in 0..len {
-                    let p = p.get(ix);
-                    let [px, py] = self.project(p);
-                    let in_range = (p.z >= self.near) & (p.z <= self.far);
-                    let in_band = (px.abs() <= GUARD_BAND_PX) & (py.abs() <= GUARD_BAND_PX);
-                    beyond |= u32::from(!(in_range & in_band));
-                    (x[ix], y[ix]) = (to_fixed(px), to_fixed(py));
-                }
-                if self.lens.is_some() {
-                    (0..len).for_each(|ix| beyond |= u32::from(most_coc_px(p.z[ix]) > GUARD_BAND_PX));
-                }
-                beyond == 0
-            },
-        )
     }
 
     /// Unit direction-like vector from the eye to `p`: the shading variable I.

@@ -1,7 +1,7 @@
 //! Surfaces at lists of points.
 //!
-//! In: a function of (u, v) without branches, and places. Out: what it gives at each, bit for bit, computed eight places at
-//! a time; the function is the twin to read ([`super::bezier`]).
+//! In: a function of (u, v) without branches, and places. Out: what it gives at each, bit for bit, computed sixteen places
+//! at a time; the function is the twin to read ([`super::bezier`]).
 
 #![allow(clippy::needless_range_loop)] // A loop over lanes reads as what it becomes.
 
@@ -14,8 +14,9 @@ use super::bezier::{Bicubic, Column};
 use crate::math::Vec3s;
 use crate::math::simd::SimdLevel;
 
-/// Places at a time. The sides of small grids have some five points: more lanes would go unused.
-const LANES: usize = 8;
+/// Places at a time; of what is left at the end of a list or a row, half as many.
+const LANES: usize = 16;
+const HALF: usize = LANES / 2;
 
 /// Places that are written beyond a list's end.
 pub const SLACK: usize = LANES;
@@ -65,21 +66,37 @@ pub fn evaluate(
     level.run(
         #[inline(always)]
         || {
-            for first in range.step_by(LANES) {
-                let (u, v) = (group(u, first), group(v, first));
-                let (mut p, mut du, mut dv) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-                for lane in 0..LANES {
-                    let at = surface(u[lane], v[lane]);
-                    (p[0][lane], p[1][lane], p[2][lane]) = (at.p.x, at.p.y, at.p.z);
-                    (du[0][lane], du[1][lane], du[2][lane]) = (at.du.x, at.du.y, at.du.z);
-                    (dv[0][lane], dv[1][lane], dv[2][lane]) = (at.dv.x, at.dv.y, at.dv.z);
+            let mut first = range.start;
+            while first < range.end {
+                if range.end - first > HALF {
+                    evaluate_group::<LANES>([u, v], first, out, &surface);
+                } else {
+                    evaluate_group::<HALF>([u, v], first, out, &surface);
                 }
-                put(&mut out.p, first, &p);
-                put(&mut out.du, first, &du);
-                put(&mut out.dv, first, &dv);
+                first += LANES;
             }
         },
     );
+}
+
+#[inline(always)]
+fn evaluate_group<const N: usize>(
+    [u, v]: [&[f32]; 2],
+    first: usize,
+    out: &mut SurfacePoints,
+    surface: &impl Fn(f32, f32) -> SurfacePoint,
+) {
+    let (u, v) = (group::<N>(u, first), group::<N>(v, first));
+    let (mut p, mut du, mut dv) = ([[0.0; N]; 3], [[0.0; N]; 3], [[0.0; N]; 3]);
+    for lane in 0..N {
+        let at = surface(u[lane], v[lane]);
+        (p[0][lane], p[1][lane], p[2][lane]) = (at.p.x, at.p.y, at.p.z);
+        (du[0][lane], du[1][lane], du[2][lane]) = (at.du.x, at.du.y, at.du.z);
+        (dv[0][lane], dv[1][lane], dv[2][lane]) = (at.dv.x, at.dv.y, at.dv.z);
+    }
+    put(&mut out.p, first, &p);
+    put(&mut out.du, first, &du);
+    put(&mut out.dv, first, &dv);
 }
 
 /// [`evaluate`] for positions alone.
@@ -94,17 +111,33 @@ pub fn positions(
     level.run(
         #[inline(always)]
         || {
-            for first in range.step_by(LANES) {
-                let (u, v) = (group(u, first), group(v, first));
-                let mut p = [[0.0; LANES]; 3];
-                for lane in 0..LANES {
-                    let at = surface(u[lane], v[lane]);
-                    (p[0][lane], p[1][lane], p[2][lane]) = (at.x, at.y, at.z);
+            let mut first = range.start;
+            while first < range.end {
+                if range.end - first > HALF {
+                    position_group::<LANES>([u, v], first, out, &surface);
+                } else {
+                    position_group::<HALF>([u, v], first, out, &surface);
                 }
-                put(out, first, &p);
+                first += LANES;
             }
         },
     );
+}
+
+#[inline(always)]
+fn position_group<const N: usize>(
+    [u, v]: [&[f32]; 2],
+    first: usize,
+    out: &mut Vec3s,
+    surface: &impl Fn(f32, f32) -> Vec3,
+) {
+    let (u, v) = (group::<N>(u, first), group::<N>(v, first));
+    let mut p = [[0.0; N]; 3];
+    for lane in 0..N {
+        let at = surface(u[lane], v[lane]);
+        (p[0][lane], p[1][lane], p[2][lane]) = (at.x, at.y, at.z);
+    }
+    put(out, first, &p);
 }
 
 /// Writes a bicubic patch at all (u, v) to `out`, row after row of constant v: `evaluate` with the columns' curves
@@ -122,32 +155,52 @@ pub fn bicubic_lattice(
         || {
             // From the right: what a group writes beyond the end of a row is the beginning of the next, which only the
             // leftmost group holds.
-            for group in (0..columns.div_ceil(LANES)).rev() {
-                let curves = Columns::new(surface, &self::group(u, group * LANES));
-                for (row, &v) in v.iter().enumerate() {
-                    curves.put(v, row * columns + group * LANES, out);
-                }
+            let (mut first, rest) = (columns / LANES * LANES, columns % LANES);
+            match rest {
+                0 => {}
+                1..=HALF => put_columns::<HALF>(surface, columns, [u, v], first, out),
+                _ => put_columns::<LANES>(surface, columns, [u, v], first, out),
+            }
+            while first > 0 {
+                first -= LANES;
+                put_columns::<LANES>(surface, columns, [u, v], first, out);
             }
         },
     );
 }
 
-/// Curves of constant u: control points and their derivatives, by number, axis and lane.
-struct Columns {
-    points: [[[f32; LANES]; 3]; 4],
-    du: [[[f32; LANES]; 3]; 4],
+/// Writes the points of the columns from `first` on.
+#[inline(always)]
+fn put_columns<const N: usize>(
+    surface: &Bicubic<Vec3>,
+    columns: usize,
+    [u, v]: [&[f32]; 2],
+    first: usize,
+    out: &mut SurfacePoints,
+) {
+    let curves = Columns::<N>::new(surface, &group(u, first));
+    for (row, &v) in v.iter().enumerate() {
+        curves.put(v, row * columns + first, out);
+    }
 }
 
-impl Columns {
+/// Curves of constant u: control points and their derivatives, by number, axis and lane.
+struct Columns<const N: usize> {
+    points: [[[f32; N]; 3]; 4],
+    du: [[[f32; N]; 3]; 4],
+}
+
+impl<const N: usize> Columns<N> {
     #[inline(always)]
-    fn new(surface: &Bicubic<Vec3>, u: &[f32; LANES]) -> Self {
-        let mut all = Columns { points: [[[0.0; LANES]; 3]; 4], du: [[[0.0; LANES]; 3]; 4] };
-        for lane in 0..LANES {
+    fn new(surface: &Bicubic<Vec3>, u: &[f32; N]) -> Self {
+        let mut all = Columns { points: [[[0.0; N]; 3]; 4], du: [[[0.0; N]; 3]; 4] };
+        for lane in 0..N {
             let column = surface.column(u[lane]);
-            for n in 0..4 {
-                let (p, du) = (column.points[n], column.du[n]);
-                (all.points[n][0][lane], all.points[n][1][lane], all.points[n][2][lane]) = (p.x, p.y, p.z);
-                (all.du[n][0][lane], all.du[n][1][lane], all.du[n][2][lane]) = (du.x, du.y, du.z);
+            for point in 0..4 {
+                let (p, du) = (column.points[point], column.du[point]);
+                (all.points[point][0][lane], all.points[point][1][lane], all.points[point][2][lane]) =
+                    (p.x, p.y, p.z);
+                (all.du[point][0][lane], all.du[point][1][lane], all.du[point][2][lane]) = (du.x, du.y, du.z);
             }
         }
         all
@@ -156,9 +209,9 @@ impl Columns {
     /// Writes the points at v.
     #[inline(always)]
     fn put(&self, v: f32, first: usize, out: &mut SurfacePoints) {
-        let (mut p, mut du, mut dv) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-        for lane in 0..LANES {
-            let point = |all: &[[[f32; LANES]; 3]; 4], n: usize| {
+        let (mut p, mut du, mut dv) = ([[0.0; N]; 3], [[0.0; N]; 3], [[0.0; N]; 3]);
+        for lane in 0..N {
+            let point = |all: &[[[f32; N]; 3]; 4], n: usize| {
                 Vec3::new(all[n][0][lane], all[n][1][lane], all[n][2][lane])
             };
             let points = &self.points;
@@ -175,19 +228,20 @@ impl Columns {
     }
 }
 
-/// `values[first..first + LANES]`.
+/// `values[first..first + N]`.
 #[inline(always)]
-fn group(values: &[f32], first: usize) -> [f32; LANES] {
-    let mut all = [0.0; LANES];
-    all.copy_from_slice(&values[first..first + LANES]);
+fn group<const N: usize>(values: &[f32], first: usize) -> [f32; N] {
+    let mut all = [0.0; N];
+    all.copy_from_slice(&values[first..first + N]);
     all
 }
 
 #[inline(always)]
-fn put(to: &mut Vec3s, first: usize, values: &[[f32; LANES]; 3]) {
-    to.x[first..first + LANES].copy_from_slice(&values[0]);
-    to.y[first..first + LANES].copy_from_slice(&values[1]);
-    to.z[first..first + LANES].copy_from_slice(&values[2]);
+fn put<const N: usize>(to: &mut Vec3s, first: usize, values: &[[f32; N]; 3]) {
+    let [x, y, z] = to.axes_mut();
+    x[first..first + N].copy_from_slice(&values[0]);
+    y[first..first + N].copy_from_slice(&values[1]);
+    z[first..first + N].copy_from_slice(&values[2]);
 }
 
 #[cfg(test)]

@@ -2,7 +2,9 @@
 
 pub mod bezier;
 pub mod camera;
+pub mod hull;
 pub mod lanes;
+pub mod place_lanes;
 pub mod subdivision;
 
 pub use bezier::{Bicubic, SurfacePoint};

@@ -65,6 +65,10 @@ pub trait Lanes: Copy {
     fn eq(self, a: Self::I, b: Self::I) -> Self::M;
     /// `a` where `m`, else `b`.
     fn select(self, m: Self::M, a: Self::I, b: Self::I) -> Self::I;
+    /// Lesser of each.
+    fn min(self, a: Self::I, b: Self::I) -> Self::I;
+    /// Greater of each.
+    fn max(self, a: Self::I, b: Self::I) -> Self::I;
     /// Sum of all lanes.
     fn sum(self, a: Self::I) -> i32;
     /// Least of all lanes.
@@ -128,6 +132,20 @@ pub trait Lanes: Copy {
     fn mul_f(self, a: Self::F, b: Self::F) -> Self::F;
     /// a / b.
     fn div_f(self, a: Self::F, b: Self::F) -> Self::F;
+    /// Square root, rounded to nearest even.
+    fn sqrt_f(self, a: Self::F) -> Self::F;
+    /// Without its sign.
+    fn abs_f(self, a: Self::F) -> Self::F;
+    /// The nearest integer, the even one of two.
+    fn round_f(self, a: Self::F) -> Self::F;
+    /// Integers as such; anything below 2^31.
+    fn to_i(self, a: Self::F) -> Self::I;
+    /// Least of all lanes, all of them numbers.
+    fn least_f(self, a: Self::F) -> f32;
+    /// Greatest of all lanes, all of them numbers.
+    fn greatest_f(self, a: Self::F) -> f32;
+    /// Where a <= b; not where either is no number.
+    fn le_f(self, a: Self::F, b: Self::F) -> Self::M;
     /// Where a < b; not where either is no number.
     fn lt_f(self, a: Self::F, b: Self::F) -> Self::M;
     /// Where a = b.
@@ -222,6 +240,14 @@ impl<S: Simd> Lanes for S {
     #[inline(always)]
     fn select(self, m: Self::M, a: Self::I, b: Self::I) -> Self::I {
         m.select(a, b)
+    }
+    #[inline(always)]
+    fn min(self, a: Self::I, b: Self::I) -> Self::I {
+        a.min(b)
+    }
+    #[inline(always)]
+    fn max(self, a: Self::I, b: Self::I) -> Self::I {
+        a.max(b)
     }
     #[inline(always)]
     fn sum(self, a: Self::I) -> i32 {
@@ -333,6 +359,34 @@ impl<S: Simd> Lanes for S {
     #[inline(always)]
     fn div_f(self, a: Self::F, b: Self::F) -> Self::F {
         a / b
+    }
+    #[inline(always)]
+    fn sqrt_f(self, a: Self::F) -> Self::F {
+        a.sqrt()
+    }
+    #[inline(always)]
+    fn abs_f(self, a: Self::F) -> Self::F {
+        a.abs()
+    }
+    #[inline(always)]
+    fn round_f(self, a: Self::F) -> Self::F {
+        a.round_ties_even()
+    }
+    #[inline(always)]
+    fn to_i(self, a: Self::F) -> Self::I {
+        a.to_int()
+    }
+    #[inline(always)]
+    fn least_f(self, a: Self::F) -> f32 {
+        a.reduce_min()
+    }
+    #[inline(always)]
+    fn greatest_f(self, a: Self::F) -> f32 {
+        a.reduce_max()
+    }
+    #[inline(always)]
+    fn le_f(self, a: Self::F, b: Self::F) -> Self::M {
+        a.simd_le(b)
     }
     #[inline(always)]
     fn lt_f(self, a: Self::F, b: Self::F) -> Self::M {

@@ -75,6 +75,62 @@ pub trait LanesKernel {
     fn run<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 
+/// A group of [`LANES`] entries of lists of the same length.
+///
+/// The last group of a list ends with it, and so holds some entries again; that of a list shorter than a group holds its
+/// last entry as often as there is room. So no lane holds anything but an entry.
+#[derive(Debug, Clone, Copy)]
+pub struct Group {
+    first: usize,
+    /// How many entries there are.
+    len: usize,
+}
+
+/// Calls `visit` with the groups of lists of `len` entries.
+#[inline(always)]
+pub fn each_group(len: usize, mut visit: impl FnMut(Group)) {
+    let mut first = 0;
+    while first < len {
+        visit(Group { first: first.min(len.saturating_sub(LANES)), len });
+        first += LANES;
+    }
+}
+
+impl Group {
+    /// Its values.
+    #[inline(always)]
+    pub fn load_f<L: Lanes>(self, lanes: L, values: &[f32]) -> L::F {
+        if self.len >= LANES {
+            return lanes.load_f(values, self.first);
+        }
+        let mut all = [values[self.len - 1]; LANES];
+        all[..self.len].copy_from_slice(&values[..self.len]);
+        lanes.load_f(&all, 0)
+    }
+
+    /// Writes its values.
+    #[inline(always)]
+    pub fn store_f<L: Lanes>(self, lanes: L, v: L::F, values: &mut [f32]) {
+        if self.len >= LANES {
+            return lanes.store_f(v, values, self.first);
+        }
+        let mut all = [0.0; LANES];
+        lanes.store_f(v, &mut all, 0);
+        values[..self.len].copy_from_slice(&all[..self.len]);
+    }
+
+    /// Writes its values.
+    #[inline(always)]
+    pub fn store<L: Lanes>(self, lanes: L, v: L::I, values: &mut [i32]) {
+        if self.len >= LANES {
+            return lanes.store(v, values, self.first);
+        }
+        let mut all = [0; LANES];
+        lanes.store(v, &mut all, 0);
+        values[..self.len].copy_from_slice(&all[..self.len]);
+    }
+}
+
 /// `values[first..first + N]`; zeros beyond the end.
 #[inline(always)]
 pub fn load<const N: usize>(values: &[f32], first: usize) -> [f32; N] {

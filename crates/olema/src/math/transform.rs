@@ -18,18 +18,18 @@ fn map(level: SimdLevel, from: &Vec3s, to: &mut Vec3s, each: impl Fn(DVec3) -> V
     level.run(
         #[inline(always)]
         || {
-            for first in (0..from.len()).step_by(GROUP) {
-                let from: [[f32; GROUP]; 3] =
-                    [load(&from.x, first), load(&from.y, first), load(&from.z, first)];
+            let ([from_x, from_y, from_z], [to_x, to_y, to_z]) = (from.axes(), to.axes_mut());
+            for first in (0..from_x.len()).step_by(GROUP) {
+                let from: [[f32; GROUP]; 3] = [load(from_x, first), load(from_y, first), load(from_z, first)];
                 let mut moved = [[0.0; GROUP]; 3];
                 for lane in 0..GROUP {
                     let moved_lane = each(Vec3::new(from[0][lane], from[1][lane], from[2][lane]).as_dvec3());
                     (moved[0][lane], moved[1][lane], moved[2][lane]) =
                         (moved_lane.x, moved_lane.y, moved_lane.z);
                 }
-                store(&mut to.x, first, &moved[0]);
-                store(&mut to.y, first, &moved[1]);
-                store(&mut to.z, first, &moved[2]);
+                store(to_x, first, &moved[0]);
+                store(to_y, first, &moved[1]);
+                store(to_z, first, &moved[2]);
             }
         },
     );
@@ -65,6 +65,23 @@ pub fn unit_vectors(level: SimdLevel, matrix: &DMat4, from: &Vec3s, to: &mut Vec
         to,
         #[inline(always)]
         |v| unit(matrix.transform_vector3(v)),
+    );
+}
+
+/// Writes what lies part of the way from each of the first `len` vectors of one list to that of another to `out`, which is
+/// made longer where it is too short.
+pub fn between(level: SimdLevel, [from, to]: [&Vec3s; 2], part: f32, len: usize, out: &mut Vec3s) {
+    out.make_room(len.next_multiple_of(GROUP));
+    let lists = from.axes().into_iter().zip(to.axes()).zip(out.axes_mut());
+    level.run(
+        #[inline(always)]
+        || {
+            for ((from, to), out) in lists {
+                for ((from, to), out) in from[..len].iter().zip(&to[..len]).zip(&mut out[..len]) {
+                    *out = from + (to - from) * part;
+                }
+            }
+        },
     );
 }
 
@@ -115,6 +132,29 @@ mod tests {
                 assert!((to[2].get(ix) - unit).length() < 1e-6, "{level:?} {ix}: {unit}");
             }
             assert_eq!(to[2].get(20), Vec3::ZERO);
+        }
+    }
+
+    #[test]
+    fn what_lies_between_is_the_twin_on_every_level() {
+        let list = |seed: u32| {
+            let mut list = Vec3s::default();
+            for n in 0..37 {
+                let random = |axis: u32| signed_unit(hash32(seed + 3 * n + axis));
+                list.push(Vec3::new(random(0), random(1), random(2)));
+            }
+            list
+        };
+        let (from, to) = (list(0), list(1000));
+        for (level, len) in
+            SimdLevel::all().into_iter().flat_map(|level| [1, 8, 16, 37].map(|len| (level, len)))
+        {
+            let mut out = Vec3s::default();
+            between(level, [&from, &to], 0.3, len, &mut out);
+            for ix in 0..len {
+                let twin = from.get(ix) + (to.get(ix) - from.get(ix)) * 0.3;
+                assert_eq!(out.get(ix), twin, "{level:?}");
+            }
         }
     }
 }

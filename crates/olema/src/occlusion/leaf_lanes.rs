@@ -222,7 +222,8 @@ mod tests {
     use super::super::slices::SliceOrder;
     use super::*;
     use crate::sampling::hash::Stream;
-    use crate::sampling::{PatternSpec, Payload, Region, RegionSamples, SampleBuffer, SamplePattern};
+    use crate::sampling::inside::Weights;
+    use crate::sampling::{PatternSpec, Payload, Record, Region, RegionSamples, SampleBuffer, SamplePattern};
 
     /// A leaf of `rows` by a kernel and by the oracle.
     fn both(
@@ -252,7 +253,8 @@ mod tests {
         let mut stream = Stream::new(7);
         for ix in (0..samples.len()).filter(|_| stream.below(20) > 0).collect::<Vec<_>>() {
             let depth = stream.below(1000) as f32 - 300.0;
-            buffer.offer(ix, depth, Payload::new(1, 0, 0), &|_, _| std::cmp::Ordering::Equal);
+            let hit = Record { depth, payload: Payload::new(1, 0, 0), weights: Weights(0) };
+            buffer.offer(ix, hit, &|_, _| std::cmp::Ordering::Equal);
         }
         let m = samples.samples_per_pixel();
         let drawn = Drawn { samples: &samples, buffer: &buffer };
@@ -303,7 +305,8 @@ mod tests {
         let mut stream = Stream::new(3);
         for ix in 0..samples.len() {
             let depth = stream.below(1000) as f32;
-            buffer.offer(ix, depth, Payload::new(1, 0, 0), &|_, _| std::cmp::Ordering::Equal);
+            let hit = Record { depth, payload: Payload::new(1, 0, 0), weights: Weights(0) };
+            buffer.offer(ix, hit, &|_, _| std::cmp::Ordering::Equal);
         }
         let slices = Arc::new(Slices::new(&pattern, SliceOrder::Time, 64));
         let values = |level| {

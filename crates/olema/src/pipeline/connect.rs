@@ -7,13 +7,12 @@
 //! An edge is owned by the lowest patch that has it. Its tessellation is a function of the owner's curve, the
 //! finest shading rate of all its patches and the camera, so both sides agree whatever else differs.
 
-use std::collections::HashMap;
-
 use glam::{Vec3, Vec4};
 
 use crate::geometry::Aabb;
 
 use crate::geometry::subdivision::{BaseQuad, CornerId, Piece};
+use crate::math::map::Map;
 
 use super::known::Known;
 use super::patch::{Patch, PatchTable, SIDE_CORNERS, Shape};
@@ -257,8 +256,8 @@ pub fn connect(table: &mut PatchTable, fineness: &[Fineness]) -> EdgeTable {
 /// Corners and edges of the patches connected so far, by topology.
 #[derive(Default)]
 struct ByTopology {
-    corners: HashMap<(u32, CornerId), u32>,
-    edges: HashMap<(u32, u32), u32>,
+    corners: Map<(u32, CornerId), u32>,
+    edges: Map<(u32, u32), u32>,
 }
 
 impl ByTopology {
@@ -327,10 +326,10 @@ impl ByTopology {
 struct ByPoints {
     curves: Curves,
     corners: KeyedWelder,
-    corner_of_weld: HashMap<u32, u32>,
+    corner_of_weld: Map<u32, u32>,
     middles: KeyedWelder,
     /// Edges by their ends and middle.
-    edges: HashMap<(u32, u32, u32), Vec<u32>>,
+    edges: Map<(u32, u32, u32), Vec<u32>>,
 }
 
 impl ByPoints {
@@ -338,9 +337,9 @@ impl ByPoints {
         let curves = Curves::new(table);
         ByPoints {
             corners: KeyedWelder::new(curves.tolerances()),
-            corner_of_weld: HashMap::new(),
+            corner_of_weld: Map::default(),
             middles: KeyedWelder::new(curves.tolerances()),
-            edges: HashMap::new(),
+            edges: Map::default(),
             curves,
         }
     }

@@ -13,9 +13,10 @@ use crate::shading::{Inputs, PointVar, ShadingPoints};
 
 use super::displace::{DisplaceContext, Displacer};
 use super::grid::{Grid, GridKey, Look};
+use super::lattice::Lattice;
 use super::motion::{placement, placements};
 use super::piece::{Piece, PieceKind};
-use super::primvar::{each_variable, texture_coordinates};
+use super::primvar::{each_variable, has_variables, texture_coordinates};
 use super::split::SplitContext;
 use super::workspace::Workspace;
 
@@ -88,19 +89,15 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
     for key in 0..frame.patches.num_keys(piece.patch) {
         let is_shaded = key == from || key == to && info.shading.part > 0.0;
         workspace.place(context, [piece.patch, key as u32], wanted, is_shaded);
-        place(&mut grid, frame, &workspace.now.vertices);
-        workspace.keep_vertices(key);
+        workspace.put_on_raster(frame, &mut grid);
         if is_shaded {
-            let part = (key != from).then_some(info.shading.part as f32);
-            workspace.note_shaded(part, info.normal_sign);
+            let before = (key != from).then_some(info.shading);
+            workspace.note_shaded(context, piece.patch, wanted, before);
         }
     }
-    if grid.has_slow() {
-        grid.slow.p = workspace.kept_vertices().to_vec();
-    }
-    grid.close(frame.camera, &frame.patches.times.sets[patch.motion as usize]);
+    workspace.close(frame, &mut grid);
     let mut points = shading_points(context, piece.patch, &workspace, inputs);
-    primitive_variables(frame, piece.patch, &mut points, &workspace.lattice.uv, primitive, info);
+    primitive_variables(frame, piece.patch, &mut points, &workspace.lattice, primitive, info);
     workspace.displaced_normals(context, piece.patch, |vertex, normal| {
         points.n.set(vertex, normal);
         points.ng.set(vertex, normal);
@@ -122,28 +119,6 @@ fn empty_grid(frame: &SplitContext, piece: &Piece, look: Look) -> Grid {
     Grid { m, n, motion: patch.motion, ..Grid::empty(key, look, room) }
 }
 
-/// Puts the next key's vertices on the raster.
-fn place(grid: &mut Grid, frame: &SplitContext, placed: &Vec3s) {
-    let (camera, len, first) = (frame.camera, grid.num_vertices(), grid.x.len());
-    grid.x.resize(first + len, 0);
-    grid.y.resize(first + len, 0);
-    grid.depth.extend_from_slice(&placed.z[..len]);
-    let (x, y) = (&mut grid.x[first..], &mut grid.y[first..]);
-    let all_fast = camera.fixed_list(frame.surfaces.level, placed.slice(0..len), x, y);
-    let is_fast = |ix: usize| all_fast || camera.fixed(placed.get(ix)).is_some();
-    if !all_fast {
-        grid.slow.is_slow.resize(len, false);
-        for ix in (0..len).filter(|&ix| !is_fast(ix)) {
-            grid.slow.is_slow[ix] = true;
-            (x[ix], y[ix]) = (0, 0);
-        }
-    }
-    if camera.lens.is_some() {
-        grid.coc.extend((0..len).map(|ix| if is_fast(ix) { camera.coc(placed.z[ix]) } else { 0 }));
-    }
-    grid.keys += 1;
-}
-
 /// What shaders see of a grid's vertices, with the normals of the surface before it is displaced; what `inputs` does not
 /// ask for stays empty.
 fn shading_points(
@@ -154,11 +129,7 @@ fn shading_points(
 ) -> ShadingPoints {
     let (lattice, shaded) = (&workspace.lattice, &workspace.shaded);
     let vertices = 0..lattice.num_vertices();
-    let copy = |all: &Vec3s| {
-        let mut copy = Vec3s::default();
-        copy.assign(all, vertices.clone());
-        copy
-    };
+    let copy = |all: &Vec3s| all.copied(vertices.clone());
     let mut points = ShadingPoints { p: copy(&shaded.vertices), ..ShadingPoints::default() };
     points.i = if context.frame.camera.perspective {
         points.p.clone()
@@ -176,8 +147,9 @@ fn shading_points(
         points.dpdv.each(|c| c / (v1 - v0));
     }
     if inputs.uv {
-        points.u = lattice.uv.iter().map(|[u, _]| u0 + (u1 - u0) * u).collect();
-        points.v = lattice.uv.iter().map(|[_, v]| v0 + (v1 - v0) * v).collect();
+        let (u, v): (Vec<f32>, Vec<f32>) =
+            lattice.vertex_uv().into_iter().map(|[u, v]| (u0 + (u1 - u0) * u, v0 + (v1 - v0) * v)).unzip();
+        (points.u, points.v) = (u, v);
         steps(&mut points, lattice.columns);
     }
     points
@@ -188,20 +160,25 @@ fn primitive_variables(
     context: &SplitContext,
     patch_ix: u32,
     points: &mut ShadingPoints,
-    uv: &[[f32; 2]],
+    lattice: &Lattice,
     primitive: &Primitive,
     info: &PrimitiveInfo,
 ) {
     let attributes = &primitive.attributes;
-    points.cs = Vec3s::splat(Vec3::from_array(attributes.color), uv.len());
-    points.os = Vec3s::splat(Vec3::from_array(attributes.opacity), uv.len());
-    if attributes.surface.traits().inputs.st {
-        (points.s, points.t) = texture_coordinates(context, patch_ix, uv, primitive, info);
+    points.cs = Vec3s::splat(Vec3::from_array(attributes.color), lattice.num_vertices());
+    points.os = Vec3s::splat(Vec3::from_array(attributes.opacity), lattice.num_vertices());
+    let reads_st = attributes.surface.traits().inputs.st;
+    if !reads_st && !has_variables(primitive) {
+        return;
+    }
+    let uv = lattice.vertex_uv();
+    if reads_st {
+        (points.s, points.t) = texture_coordinates(context, patch_ix, &uv, primitive, info);
     }
     each_variable(
         context,
         patch_ix,
-        uv,
+        &uv,
         primitive,
         info,
         |_| true,
@@ -214,7 +191,7 @@ fn primitive_variables(
 /// Puts a variable, `num_floats` floats a vertex, where shaders look for it.
 fn assign(points: &mut ShadingPoints, name: &str, num_floats: usize, floats: Vec<f32>) {
     let component = |c: usize| floats.iter().skip(c).step_by(num_floats).copied().collect::<Vec<f32>>();
-    let three = || Vec3s { x: component(0), y: component(1), z: component(2) };
+    let three = || Vec3s::from_axes([&component(0), &component(1), &component(2)]);
     match (name, num_floats) {
         ("Cs", 3) => points.cs = three(),
         ("Os", 3) => points.os = three(),

@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use glam::Vec3;
 
 use crate::geometry::RasterCamera;
+use crate::geometry::place_lanes::Reach;
 use crate::sampling::Region;
 use crate::scene::{ShadingInterpolation, Sides};
 
@@ -80,6 +81,17 @@ pub struct SlowVertices {
     pub is_slow: Vec<bool>,
 }
 
+/// Where vertices are that are within `reach` at a key.
+pub fn extent(reach: &Reach) -> Extent {
+    let pixels = |ends: [i32; 2]| ends.map(|end| end as f32 / 256.0);
+    let ([x0, x1], [y0, y1]) = (pixels(reach.x), pixels(reach.y));
+    Extent {
+        in_focus: [x0 - ROUNDING_PX, x1 + ROUNDING_PX, y0 - ROUNDING_PX, y1 + ROUNDING_PX],
+        coc: pixels(reach.coc),
+        near: reach.near,
+    }
+}
+
 impl Grid {
     /// A grid without vertices, with room for `capacity` of them over all keys.
     pub fn empty(key: GridKey, look: Look, capacity: usize) -> Self {
@@ -99,37 +111,23 @@ impl Grid {
         }
     }
 
-    /// Once the vertices of all keys are placed: bounds them, and lets go of what is not needed.
-    pub fn close(&mut self, camera: &RasterCamera, key_times: &[f32]) {
-        if self.coc.iter().all(|&coc| coc == 0) {
-            self.coc = Vec::new();
-        }
-        let num = self.num_vertices();
+    /// Once the vertices of all keys are placed: bounds them, and lets go of what is not needed. `keys` is where they are
+    /// at each; it means nothing if any is slow.
+    pub fn close(&mut self, camera: &RasterCamera, key_times: &[f32], keys: &[Extent]) {
         if self.has_slow() {
             let extent = |p: &[Vec3]| {
                 let mut extent = KeyExtent::EMPTY;
                 p.iter().for_each(|&p| extent.include(camera, p));
                 extent
             };
-            let keys: Vec<KeyExtent> = self.slow.p.chunks(num).map(extent).collect();
+            let keys: Vec<KeyExtent> = self.slow.p.chunks(self.num_vertices()).map(extent).collect();
             self.sweep = sweep(camera, &keys, key_times, ROUNDING_PX);
-            return;
+        } else {
+            self.sweep = Sweep::of_keys(keys, key_times);
         }
-        self.slow.p = Vec::new();
-        let extents = (0..self.keys as usize).map(|key| {
-            let of_key = key * num..(key + 1) * num;
-            let range = |values: &[i32]| {
-                let ends = values.iter().fold([i32::MAX, i32::MIN], |r, &v| [r[0].min(v), r[1].max(v)]);
-                ends.map(|end| end as f32 / 256.0)
-            };
-            let ([x0, x1], [y0, y1]) = (range(&self.x[of_key.clone()]), range(&self.y[of_key.clone()]));
-            Extent {
-                in_focus: [x0 - ROUNDING_PX, x1 + ROUNDING_PX, y0 - ROUNDING_PX, y1 + ROUNDING_PX],
-                coc: self.coc.get(of_key.clone()).map_or([0.0; 2], range),
-                near: self.depth[of_key].iter().copied().fold(f32::INFINITY, f32::min),
-            }
-        });
-        self.sweep = Sweep::of_keys(&extents.collect::<Vec<_>>(), key_times);
+        if self.coc.iter().all(|&coc| coc == 0) {
+            self.coc = Vec::new();
+        }
     }
 
     /// When a sample of `region` can see it; `None` where none can.

@@ -13,7 +13,9 @@
 //!        g  g  g
 //! ```
 
+use crate::geometry::lanes::SLACK;
 use crate::math::Vec3s;
+use crate::math::simd::SimdLevel;
 
 use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, quad_uv};
 use super::split::SplitContext;
@@ -31,14 +33,18 @@ pub struct Lattice {
     pub v: Vec<f32>,
     /// Places of the lattice itself; those behind them are on other patches.
     pub own: usize,
-    /// Where the vertices are, snapped to edges. With a ring, a vertex's own place may be another: normals of a displaced
-    /// surface come from points in even steps.
-    pub uv: Vec<[f32; 2]>,
+    /// Vertices that edges keep from where the lattice has them, and where they are instead.
+    pub snapped: Vec<(u32, [f32; 2])>,
     /// Vertices that do not lie at their own places, or on welded edges and corners, side after side.
     pub border: Vec<(u32, PointRef)>,
     /// For each vertex of the bottom, right, top and left side, where the lattice goes on: a ghost, or the vertex itself.
     /// Empty without a ring.
     beyond: [Vec<u32>; 4],
+    is_straight: bool,
+    column_u: Vec<f32>,
+    row_v: Vec<f32>,
+    /// u and v of the bottom and the top of the quad, at each column.
+    ends: [[Vec<f32>; 2]; 2],
 }
 
 /// The lattice of a piece.
@@ -79,8 +85,9 @@ impl Lattice {
     /// Replaces all places by the vertices of `piece`, with ghosts around them for a ring.
     pub fn set(&mut self, context: &SplitContext, piece: &Piece, ring: bool) {
         let block = Block::of(piece);
-        self.set_vertices(piece, block);
+        self.set_vertices(context.surfaces.level, piece, block);
         self.border.clear();
+        self.snapped.clear();
         self.beyond.iter_mut().for_each(Vec::clear);
         if context.sabotage != Some(Sabotage::Snap) {
             for side in 0..4 {
@@ -90,8 +97,8 @@ impl Lattice {
         if ring {
             self.add_ghosts(piece, block);
         } else {
-            for (vertex, &[u, v]) in self.uv.iter().enumerate() {
-                (self.u[vertex], self.v[vertex]) = (u, v);
+            for &(vertex, [u, v]) in &self.snapped {
+                (self.u[vertex as usize], self.v[vertex as usize]) = (u, v);
             }
             // Points inside the patch are where they are asked for.
             self.border.retain(|(_, point)| !matches!(point, PointRef::Inside(_)));
@@ -99,19 +106,45 @@ impl Lattice {
         self.own = self.u.len();
     }
 
-    fn set_vertices(&mut self, piece: &Piece, block: Block) {
-        let Block { i, j, .. } = block;
+    fn set_vertices(&mut self, level: SimdLevel, piece: &Piece, block: Block) {
+        let Block { m, n, i, j } = block;
         self.columns = usize::from(i[1] - i[0]) + 1;
         self.rows = usize::from(j[1] - j[0]) + 1;
-        self.u.clear();
-        self.v.clear();
-        self.uv.clear();
-        for row in j[0]..=j[1] {
-            for column in i[0]..=i[1] {
-                let uv = block.uv(piece, column.into(), row.into());
-                self.push(uv);
-                self.uv.push(uv);
+        // What `quad_uv` says, with that part of it that columns have alike computed once.
+        let [bottom, top] = &mut self.ends;
+        for (ends, [from, to]) in [(&mut *bottom, [0, 1]), (&mut *top, [2, 3])] {
+            let [from, to] = [piece.uv[from], piece.uv[to]];
+            let at = |column: u16, c: usize| from[c] + (to[c] - from[c]) * (f32::from(column) / f32::from(m));
+            for (c, ends) in ends.iter_mut().enumerate() {
+                ends.clear();
+                ends.extend((i[0]..=i[1]).map(|column| at(column, c)));
             }
+        }
+        let alike = |values: &[f32]| values.iter().all(|value| *value == values[0]);
+        self.is_straight = bottom[0] == top[0] && alike(&bottom[1]) && alike(&top[1]);
+        let (columns, rows) = (self.columns, self.rows);
+        for (c, places) in [&mut self.u, &mut self.v].into_iter().enumerate() {
+            places.clear();
+            places.resize(columns * rows, 0.0);
+            let (bottom, top) = (&bottom[c][..], &top[c][..]);
+            level.run(
+                #[inline(always)]
+                || {
+                    for (row, places) in (j[0]..=j[1]).zip(places.chunks_exact_mut(columns)) {
+                        let b = f32::from(row) / f32::from(n);
+                        for ((place, bottom), top) in places.iter_mut().zip(bottom).zip(top) {
+                            *place = bottom + (top - bottom) * b;
+                        }
+                    }
+                },
+            );
+        }
+        self.column_u.clear();
+        self.row_v.clear();
+        if self.is_straight {
+            self.column_u.extend_from_slice(&self.u[..columns]);
+            self.column_u.resize(columns + SLACK, 0.0);
+            self.row_v.extend(self.v.iter().step_by(columns));
         }
     }
 
@@ -151,8 +184,11 @@ impl Lattice {
             let vertex = self.on_side(side, step.into());
             let (point, uv) =
                 context.side_vertex(piece.patch, &piece.sides[side], snapped(line, lines, segments));
-            self.uv[vertex] = uv;
-            let is_elsewhere = !matches!(point, PointRef::Inside(_)) || uv != self.place(vertex as u32);
+            let is_snapped = uv != self.place(vertex as u32);
+            if is_snapped {
+                self.snapped.push((vertex as u32, uv));
+            }
+            let is_elsewhere = !matches!(point, PointRef::Inside(_)) || is_snapped;
             if is_elsewhere && context.sabotage != Some(Sabotage::Owner) {
                 self.border.push((vertex as u32, point));
             }
@@ -179,17 +215,19 @@ impl Lattice {
         !self.beyond[0].is_empty()
     }
 
-    /// Whether columns have constant u and rows constant v. If so, `rows` gets the rows' v, and u of the columns are
-    /// the first of [`Self::u`].
-    pub fn is_straight(&self, rows: &mut Vec<f32>) -> bool {
-        let columns = self.columns;
-        rows.clear();
-        rows.extend((0..self.rows).map(|row| self.v[row * columns]));
-        let straight = |(row, v): (usize, &f32)| {
-            let row = row * columns..(row + 1) * columns;
-            self.u[row.clone()] == self.u[..columns] && self.v[row].iter().all(|other| other == v)
-        };
-        rows.iter().enumerate().all(straight)
+    /// u of the columns, with [`SLACK`] more, and v of the rows, where columns have constant u and rows constant v before
+    /// they are snapped.
+    pub fn straight(&self) -> Option<[&[f32]; 2]> {
+        self.is_straight.then_some([&self.column_u, &self.row_v])
+    }
+
+    /// (u, v) of the vertices, snapped to edges. With a ring, a vertex's place may be another: normals of a displaced
+    /// surface come from points in even steps.
+    pub fn vertex_uv(&self) -> Vec<[f32; 2]> {
+        let mut uv: Vec<[f32; 2]> =
+            (0..self.num_vertices() as u32).map(|vertex| self.place(vertex)).collect();
+        self.snapped.iter().for_each(|&(vertex, at)| uv[vertex as usize] = at);
+        uv
     }
 
     /// Vertices with what surrounds them, from values at all places: `columns + 2` a row, `rows + 2` rows, whose corners

@@ -8,6 +8,7 @@
 //! A stage takes the data types of its neighbours and never calls another stage; only an engine chains them.
 //! Nothing here does I/O, and nothing depends on tiles, buckets or threads.
 
+pub mod areas;
 pub mod border;
 pub mod bound;
 pub mod clip;
@@ -17,6 +18,8 @@ pub mod displace;
 pub mod grid;
 pub mod known;
 pub mod lattice;
+pub mod limit;
+pub mod measure;
 pub mod motion;
 pub mod moving;
 pub mod normals;

@@ -208,7 +208,7 @@ impl Batch {
         frame.surfaces.level.run(
             #[inline(always)]
             || {
-                for ((width, z), rate) in inputs.width.iter_mut().zip(&self.p.z).zip(&self.shading_rate) {
+                for ((width, z), rate) in inputs.width.iter_mut().zip(self.p.z()).zip(&self.shading_rate) {
                     let depth = if camera.perspective { z.max(camera.near) } else { 1.0 };
                     *width = (rate * frame.rate_scale).sqrt() * depth / scale;
                 }

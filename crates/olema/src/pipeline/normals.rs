@@ -7,14 +7,17 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::geometry::lanes::{SLACK, SurfacePoints};
+use crate::geometry::lanes::SurfacePoints;
 use crate::math::Vec3s;
 use crate::math::simd::SimdLevel;
 
 use super::patch::normal_or_zero;
 
+/// Normals at a time.
+const GROUP: usize = 8;
+
 /// Writes the unit normals du x dv of the points `range`, times `sign`, to the same places of `to`; zero where du and dv
-/// vanish or are parallel. Returns whether that may have happened. Up to [`SLACK`] normals behind the range are lost: whole
+/// vanish or are parallel. Returns whether that may have happened. Up to eight normals behind the range are lost: whole
 /// groups go through, since ranges are short.
 pub fn surface_normals(
     level: SimdLevel,
@@ -26,7 +29,7 @@ pub fn surface_normals(
     level.run(
         #[inline(always)]
         || {
-            let len = range.len().next_multiple_of(SLACK);
+            let len = range.len().next_multiple_of(GROUP);
             let range = range.start..range.start + len;
             let (du, dv) = (at.du.slice(range.clone()), at.dv.slice(range.clone()));
             let mut to = to.slice_mut(range);
@@ -39,6 +42,26 @@ pub fn surface_normals(
             missing != 0
         },
     )
+}
+
+/// Writes what lies part of the way from one unit normal to another to `out`, of unit length; the first of them where the
+/// two are opposite.
+pub fn blend_normals(level: SimdLevel, [from, to]: [&Vec3s; 2], part: f32, len: usize, out: &mut Vec3s) {
+    out.make_room(len);
+    level.run(
+        #[inline(always)]
+        || {
+            let (from, to, mut out) = (from.slice(0..len), to.slice(0..len), out.slice_mut(0..len));
+            for ix in 0..len {
+                let (from, to) = (from.get(ix), to.get(ix));
+                let between = from + (to - from) * part;
+                let inverse = 1.0 / between.length();
+                let exists = (inverse > 0.0) & (inverse < f32::INFINITY);
+                let unit = between * inverse;
+                out.set(ix, if exists { unit } else { from });
+            }
+        },
+    );
 }
 
 /// Unit normals of a lattice by central differences, times `sign`; zero where it is folded to nothing.
@@ -65,4 +88,33 @@ pub fn lattice_normals(level: SimdLevel, lattice: &Vec3s, width: usize, sign: f3
             }
         },
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{hash32, signed_unit};
+
+    #[test]
+    fn blended_normals_are_the_twin_on_every_level() {
+        let list = |seed: u32| {
+            let mut list = Vec3s::default();
+            for n in 0..37 {
+                let random = |axis: u32| signed_unit(hash32(seed + 3 * n + axis));
+                list.push(Vec3::new(random(0), random(1), random(2)).normalize());
+            }
+            list
+        };
+        let (from, mut to) = (list(0), list(1000));
+        to.set(5, -from.get(5));
+        for level in SimdLevel::all() {
+            let mut out = Vec3s::default();
+            blend_normals(level, [&from, &to], 0.5, 37, &mut out);
+            for ix in 0..37 {
+                let between = from.get(ix) + (to.get(ix) - from.get(ix)) * 0.5;
+                assert_eq!(out.get(ix), between.normalize_or(from.get(ix)), "{level:?}");
+            }
+            assert_eq!(out.get(5), from.get(5), "opposite ones");
+        }
+    }
 }

@@ -8,11 +8,13 @@ use glam::{Vec3, Vec4};
 
 use crate::geometry::SurfacePoint;
 use crate::geometry::bezier::{Bicubic, Bilinear, ControlPoint};
-use crate::geometry::subdivision::{Evaluator, LimitSurface};
+use crate::geometry::hull::{Hull, bicubic_hull};
+use crate::geometry::subdivision::Evaluator;
 use crate::math::simd::SimdLevel;
 
 use super::connect::EdgeUse;
-use super::motion::{KeyTimes, Placement};
+use super::limit::Limit;
+use super::motion::KeyTimes;
 
 /// What a patch's control points mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,43 +83,6 @@ pub struct PatchTable {
     pub times: KeyTimes,
 }
 
-/// A subdivision mesh's limit surface and where it stands.
-#[derive(Debug, Clone)]
-pub struct Limit {
-    /// In object space.
-    pub surface: LimitSurface,
-    /// Where it is at each key.
-    pub placements: Vec<Placement>,
-}
-
-impl Limit {
-    /// The surface in camera space at a key.
-    pub(super) fn evaluate(&self, evaluator: &mut Evaluator, key: usize, [u, v]: [f32; 2]) -> SurfacePoint {
-        let placement = &self.placements[key];
-        let [from, to] = placement.points.keys;
-        let at = evaluator.evaluate(from, u, v);
-        let [mut p, mut du, mut dv] = [at.p, at.dp_du, at.dp_dv];
-        if placement.points.part != 0.0 {
-            let next = evaluator.evaluate(to, u, v);
-            let part = placement.points.part as f32;
-            p += (next.p - p) * part;
-            du += (next.dp_du - du) * part;
-            dv += (next.dp_dv - dv) * part;
-        }
-        SurfacePoint { p: placement.place(p), du: placement.turn(du), dv: placement.turn(dv) }
-    }
-}
-
-impl Placement {
-    fn place(&self, p: Vec3) -> Vec3 {
-        self.to_camera.transform_point3(p.as_dvec3()).as_vec3()
-    }
-
-    fn turn(&self, v: Vec3) -> Vec3 {
-        self.to_camera.transform_vector3(v.as_dvec3()).as_vec3()
-    }
-}
-
 /// The surface of a patch with control points at one motion key, ready to evaluate.
 #[derive(Debug, Clone, Copy)]
 pub enum Surface {
@@ -170,14 +135,19 @@ impl PatchTable {
 }
 
 /// The first N points of a list of their components.
-fn points<P, const W: usize, const N: usize>(floats: &[f32], point: impl Fn([f32; W]) -> P) -> [P; N] {
+fn points<P: Copy, const W: usize, const N: usize>(floats: &[f32], point: impl Fn([f32; W]) -> P) -> [P; N] {
     let (each, _) = floats.as_chunks::<W>();
     let each: &[[f32; W]; N] = each.first_chunk().expect("a patch has all its control points");
-    each.map(point)
+    // A loop, since `map` is a call for so many.
+    let mut points = [point(each[0]); N];
+    for (to, from) in points.iter_mut().zip(each) {
+        *to = point(*from);
+    }
+    points
 }
 
 /// Patches that are kept ready at a time, as a power of two; neighbours are asked for in turn.
-const KEPT_LOG: u32 = 6;
+const KEPT_LOG: u32 = 7;
 
 /// Evaluates patches. One worker's own: it keeps the last patches that were asked for ready.
 pub struct Surfaces<'a> {
@@ -245,26 +215,16 @@ impl<'a> Surfaces<'a> {
         })
     }
 
-    /// Calls `visit` with camera-space points whose convex hull holds the patch over `u` x `v` at a key.
-    pub fn hull(&self, patch: u32, key: usize, u: [f32; 2], v: [f32; 2], mut visit: impl FnMut(Vec3)) {
-        self.with(patch, |loaded| match loaded {
-            Loaded::Control(first, later) => at_key(first, later, key).hull(u, v, visit),
-            Loaded::Limit(evaluator, limit) => {
-                let placement = &limit.placements[key];
-                let [from, to] = placement.points.keys;
-                let mut bounds = evaluator.bounds(from, u, v);
-                if placement.points.part != 0.0 {
-                    // The box of both holds all that lies between, whatever the rounding.
-                    let next = evaluator.bounds(to, u, v);
-                    bounds.min = bounds.min.min(next.min);
-                    bounds.max = bounds.max.max(next.max);
-                }
-                for corner in 0..8 {
-                    let pick = |bit: u32, c: usize| {
-                        if corner >> bit & 1 == 0 { bounds.min[c] } else { bounds.max[c] }
-                    };
-                    visit(placement.place(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))));
-                }
+    /// Appends points in camera space whose convex hull holds the patch over `u` x `v`, at each of `num_keys` keys.
+    pub fn hulls(&self, patch: u32, num_keys: usize, u: [f32; 2], v: [f32; 2], out: &mut Vec<Hull>) {
+        self.with(patch, |loaded| {
+            for key in 0..num_keys {
+                out.push(match loaded {
+                    Loaded::Control(first, later) => {
+                        at_key(first, later, key).hull_in_lanes(self.level, u, v)
+                    }
+                    Loaded::Limit(evaluator, limit) => limit.hull(evaluator, key, u, v),
+                });
             }
         });
     }
@@ -343,6 +303,16 @@ impl Surface {
             Surface::RationalBilinear(s) => all(&s.restrict(u, v).0, &mut visit),
             Surface::Bicubic(s) => all(&s.restrict(u, v).0, &mut visit),
             Surface::RationalBicubic(s) => all(&s.restrict(u, v).0, &mut visit),
+        }
+    }
+
+    /// [`Self::hull`] in lanes.
+    fn hull_in_lanes(&self, level: SimdLevel, u: [f32; 2], v: [f32; 2]) -> Hull {
+        match self {
+            Surface::Bilinear(s) => Hull::of(s.restrict(u, v).0),
+            Surface::RationalBilinear(s) => Hull::of(s.restrict(u, v).0.map(ControlPoint::position)),
+            Surface::Bicubic(s) => bicubic_hull(level, s, u, v),
+            Surface::RationalBicubic(s) => Hull::of(s.restrict(u, v).0.map(ControlPoint::position)),
         }
     }
 

@@ -12,8 +12,9 @@ use crate::geometry::subdivision::LimitSurface;
 use crate::scene::{Between, Geometry, Keyed, PatchBasis, PatchKind, PatchMesh, Points, Scene};
 
 use super::connect::EdgeUse;
+use super::limit::Limit;
 use super::motion::{KeyTimes, Placement, blend_point, placements};
-use super::patch::{Limit, Patch, PatchTable, Shape};
+use super::patch::{Patch, PatchTable, Shape};
 
 /// Turns all primitives of `scene` into patches, placed at their key times. Warnings name the object.
 pub fn patchify(scene: &Scene, times: &KeyTimes) -> (PatchTable, Vec<String>) {

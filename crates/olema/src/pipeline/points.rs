@@ -23,6 +23,8 @@ pub struct Wanted {
     pub derivatives: bool,
     /// Their normals, which come from derivatives unless a broken rule estimates them.
     pub normals: bool,
+    /// Normals at the time of shading.
+    pub shaded_normals: bool,
     /// Derivatives and normals of the border's places on other patches.
     pub border_derivatives: bool,
     /// The normals that border points are displaced along.
@@ -36,8 +38,6 @@ pub struct Points {
     pub at: SurfacePoints,
     /// Unit normals in camera space, turned by the orientation attribute; zero where the surface has no area.
     pub normal: Vec3s,
-    /// v of the lattice's rows.
-    rows: Vec<f32>,
     /// A lattice with a ring around it.
     ring: Vec3s,
     ring_normal: Vec3s,
@@ -54,12 +54,17 @@ impl Points {
         wanted: Wanted,
     ) {
         let all = lattice.u.len();
+        for &(_, [u, v]) in &lattice.snapped {
+            lattice.u.push(u);
+            lattice.v.push(v);
+        }
         // What is written beyond a run's end.
-        lattice.u.resize(all + SLACK, 0.0);
-        lattice.v.resize(all + SLACK, 0.0);
-        if self.at.p.len() < all + SLACK {
-            self.at.resize(all + SLACK);
-            self.normal.resize(all + SLACK);
+        let len = lattice.u.len() + SLACK;
+        lattice.u.resize(len, 0.0);
+        lattice.v.resize(len, 0.0);
+        if self.at.p.len() < len {
+            self.at.resize(len);
+            self.normal.resize(len);
         }
         self.evaluate_own(context, [patch, key], lattice, wanted);
         let uv = [&lattice.u[..], &lattice.v[..]];
@@ -94,17 +99,20 @@ impl Points {
         if !wanted.derivatives && (estimated || !wanted.normals) {
             surfaces.list_positions(patch, key as usize, uv, 0..lattice.own, &mut self.at.p);
         } else {
-            let vertices = lattice.num_vertices();
-            let done = lattice.is_straight(&mut self.rows)
-                && surfaces.evaluate_lattice(
-                    patch,
-                    key as usize,
-                    lattice.columns,
-                    [uv[0], &self.rows],
-                    &mut self.at,
-                );
-            let first = if done { vertices } else { 0 };
-            surfaces.evaluate_list(patch, key as usize, uv, first..lattice.own, &mut self.at);
+            let (key, at) = (key as usize, &mut self.at);
+            let done = lattice
+                .straight()
+                .is_some_and(|straight| surfaces.evaluate_lattice(patch, key, lattice.columns, straight, at));
+            let first = if done { lattice.num_vertices() } else { 0 };
+            surfaces.evaluate_list(patch, key, uv, first..lattice.own, at);
+            if done && !lattice.has_ring() {
+                let num = lattice.snapped.len();
+                let behind = uv[0].len() - SLACK - num;
+                surfaces.evaluate_list(patch, key, uv, behind..behind + num, at);
+                for (place, &(vertex, _)) in (behind..).zip(&lattice.snapped) {
+                    at.set(vertex as usize, at.get(place));
+                }
+            }
         }
         let sign = context.normal_sign(patch);
         if estimated {

@@ -176,6 +176,14 @@ pub fn texture_coordinates(
     (s.unwrap_or_else(|| own(0)), t.unwrap_or_else(|| own(1)))
 }
 
+/// Whether a primitive has any variables.
+pub fn has_variables(primitive: &Primitive) -> bool {
+    match &primitive.geometry {
+        Geometry::Patches(mesh) => !mesh.vars.is_empty(),
+        Geometry::Subdivision(mesh) => !mesh.vars.is_empty(),
+    }
+}
+
 /// Evaluates the primitive's float variables whose names are `wanted` at places of a patch, and hands each to
 /// `take` with its name, floats a place, and values place after place.
 pub fn each_variable(

@@ -10,7 +10,7 @@ use crate::geometry::RasterCamera;
 use super::sweep::{NOWHERE, grown, segment_meets, union};
 
 /// Segments the projected curve is measured with.
-const PROBES: usize = 8;
+pub const PROBES: usize = 8;
 
 /// Longest probe over the mean one up to which equal parametric steps are even enough.
 const EVENNESS: f32 = 1.3;
@@ -74,14 +74,17 @@ impl Blur {
 /// Motion keys at which sizes are measured: at most five, spread evenly over the time.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasuredKeys {
-    keys: [usize; 5],
+    keys: [usize; Self::MOST],
     len: usize,
 }
 
 impl MeasuredKeys {
+    /// As many as there are at most.
+    pub const MOST: usize = 5;
+
     /// Of these key times, at least one.
     pub fn new(key_times: &[f32]) -> Self {
-        let mut measured = MeasuredKeys { keys: [0; 5], len: 1 };
+        let mut measured = MeasuredKeys { keys: [0; Self::MOST], len: 1 };
         for wanted in [0.25, 0.5, 0.75, 1.0] {
             let apart = |key: &usize| (key_times[*key] - wanted).abs();
             let nearest = (0..key_times.len()).min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or(0);
@@ -107,7 +110,7 @@ impl MeasuredKeys {
 
     /// The length to dice for: the largest that is seen, as long as it is not many times what it is at most keys.
     fn wanted(&self, camera: &RasterCamera, at_keys: &[Option<Measured>]) -> Option<f32> {
-        let (mut sorted, mut num) = ([0.0f32; 5], 0);
+        let (mut sorted, mut num) = ([0.0f32; Self::MOST], 0);
         for measured in at_keys.iter().flatten() {
             sorted[num] = measured.length;
             num += 1;
@@ -178,26 +181,23 @@ pub enum Rate {
     Eye,
 }
 
-/// Rate of a curve that is at `point(t, key)`, t in [0, 1], given how finely it is wanted, for the size that it has
-/// at its largest. Where it reaches the eye plane at some keys only, the others decide.
+/// Rate of a curve, given points of it in equal parametric steps at each measured key and how finely it is wanted, for
+/// the size that it has at its largest. Where it reaches the eye plane at some keys only, the others decide.
 pub fn rate(
     camera: &RasterCamera,
     fineness: Fineness,
     keys: &MeasuredKeys,
-    mut point: impl FnMut(f32, usize) -> Vec3,
+    probes: &[[Vec3; PROBES + 1]],
 ) -> Rate {
-    let mut probes = [[Vec3::ZERO; PROBES + 1]; 5];
-    for (probes, key) in probes.iter_mut().zip(keys.keys()) {
-        *probes = std::array::from_fn(|ix| point(ix as f32 / PROBES as f32, key));
-    }
-    let probes = &probes[..keys.len];
     let side_px = fineness.side_px_of(camera, probes);
+    let mut placed = [[Placed::default(); PROBES + 1]; MeasuredKeys::MOST];
+    place_all(camera, probes, &mut placed);
     for least_depth in keys.least_depths(camera) {
-        let mut at_keys = [None; 5];
-        for (measured, points) in at_keys.iter_mut().zip(probes) {
-            *measured = measure(camera, least_depth, points);
+        let mut at_keys = [None; MeasuredKeys::MOST];
+        for (measured, points) in at_keys.iter_mut().zip(&placed[..probes.len()]) {
+            *measured = measure(camera, least_depth, points.iter());
         }
-        let at_keys = &at_keys[..keys.len];
+        let at_keys = &at_keys[..probes.len()];
         let Some(wanted) = keys.wanted(camera, at_keys) else {
             continue;
         };
@@ -237,17 +237,34 @@ fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
     (dx * dx + dy * dy).sqrt()
 }
 
+/// A point that is measured.
+#[derive(Debug, Clone, Copy, Default)]
+struct Placed {
+    raster: [f32; 2],
+    depth: f32,
+}
+
+/// Projects points at all keys.
+fn place_all<const N: usize>(camera: &RasterCamera, keys: &[[Vec3; N]], placed: &mut [[Placed; N]]) {
+    for (&p, placed) in keys.iter().flatten().zip(placed.iter_mut().flatten()) {
+        *placed = Placed { raster: camera.project(p), depth: p.z };
+    }
+}
+
 /// Measures a polyline; `None` where a point is less deep than `least_depth`.
-fn measure(camera: &RasterCamera, least_depth: f32, points: &[Vec3]) -> Option<Measured> {
+fn measure<'p>(
+    camera: &RasterCamera,
+    least_depth: f32,
+    points: impl Iterator<Item = &'p Placed>,
+) -> Option<Measured> {
     let mut last: Option<[f32; 2]> = None;
     let mut measured = Measured { length: 0.0, longest: 0.0, reach: NOWHERE };
-    let mut depth = [f32::INFINITY, f32::NEG_INFINITY];
-    for &p in points {
-        if p.z.is_nan() || p.z < least_depth {
+    let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+    for &Placed { raster, depth } in points {
+        if depth.is_nan() || depth < least_depth {
             return None;
         }
-        depth = [depth[0].min(p.z), depth[1].max(p.z)];
-        let raster = camera.project(p);
+        range = [range[0].min(depth), range[1].max(depth)];
         measured.reach = union(&measured.reach, &[raster[0], raster[0], raster[1], raster[1]]);
         if let Some(last) = last {
             let length = distance(last, raster);
@@ -256,7 +273,7 @@ fn measure(camera: &RasterCamera, least_depth: f32, points: &[Vec3]) -> Option<M
         }
         last = Some(raster);
     }
-    measured.reach = grown(measured.reach, camera.greatest_coc_px(depth));
+    measured.reach = grown(measured.reach, camera.greatest_coc_px(range));
     measured.length.is_finite().then_some(measured)
 }
 
@@ -267,8 +284,8 @@ fn eye_depth(camera: &RasterCamera) -> f32 {
     if camera.perspective { (camera.near / 1024.0).max(f32::MIN_POSITIVE) } else { f32::NEG_INFINITY }
 }
 
-/// Points inside a piece at one key, row by row.
-pub type Lattice = [Vec3; 25];
+/// Points inside a piece, five rows of five.
+pub const INNER_POINTS: usize = 25;
 
 /// Segments along both axes that the inside of a piece asks for, given 5 x 5 points of it at each measured key:
 /// projected length of its three inner lines, at least as long as their longest parts ask. Keys at which one of them
@@ -277,25 +294,27 @@ pub fn inner_segments(
     camera: &RasterCamera,
     fineness: Fineness,
     keys: &MeasuredKeys,
-    points: &[Lattice],
+    points: &[[Vec3; INNER_POINTS]],
 ) -> [u32; 2] {
     let side_px = fineness.side_px_of(camera, points);
-    [1, 5].map(|step| {
+    let mut placed = [[Placed::default(); INNER_POINTS]; MeasuredKeys::MOST];
+    place_all(camera, points, &mut placed);
+    let placed = &placed[..points.len()];
+    let along = |step: usize| {
         for least_depth in keys.least_depths(camera) {
-            let mut at_keys = [None; 5];
-            for (measured, points) in at_keys.iter_mut().zip(points) {
-                let lines = (1..4).map(|line| -> [Vec3; 5] {
-                    std::array::from_fn(|ix| points[line * (6 - step) + ix * step])
-                });
-                let mut lines = lines.map(|line| measure_evenly(camera, least_depth, &line));
-                *measured = lines.next().flatten().and_then(|first| lines.try_fold(first, longer));
+            let mut at_keys = [None; MeasuredKeys::MOST];
+            for (measured, points) in at_keys.iter_mut().zip(placed) {
+                let line = |line: usize| measure_evenly(camera, least_depth, points, line * (6 - step), step);
+                *measured =
+                    line(1).and_then(|first| longer(first, line(2))).and_then(|two| longer(two, line(3)));
             }
             if let Some(wanted) = keys.wanted(camera, &at_keys[..points.len()]) {
                 return (wanted / side_px).min(MAX_SEGMENTS).round() as u32;
             }
         }
         UNDEFINED_SEGMENTS
-    })
+    };
+    [along(1), along(5)]
 }
 
 /// The longer of two lines, and the reach of both.
@@ -308,9 +327,15 @@ fn longer(a: Measured, b: Option<Measured>) -> Option<Measured> {
 /// Segments where no length is defined: as many as a grid allows.
 const UNDEFINED_SEGMENTS: u32 = 16;
 
-/// Measures a polyline that is at least as long as its longest part asks.
-fn measure_evenly(camera: &RasterCamera, least_depth: f32, points: &[Vec3]) -> Option<Measured> {
-    let line = measure(camera, least_depth, points)?;
-    let length = line.length.max(line.longest * (points.len() - 1) as f32 / EVENNESS);
+/// Measures a line of a lattice, five points from `first` on, as at least as long as its longest part asks.
+fn measure_evenly(
+    camera: &RasterCamera,
+    least_depth: f32,
+    lattice: &[Placed; INNER_POINTS],
+    first: usize,
+    step: usize,
+) -> Option<Measured> {
+    let line = measure(camera, least_depth, lattice[first..].iter().step_by(step).take(5))?;
+    let length = line.length.max(line.longest * 4.0 / EVENNESS);
     length.is_finite().then_some(Measured { length, ..line })
 }

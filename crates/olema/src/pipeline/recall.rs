@@ -155,7 +155,7 @@ mod tests {
     }
 
     fn vertices(values: &[f32]) -> Vec3s {
-        Vec3s { x: values.to_vec(), y: values.to_vec(), z: values.to_vec() }
+        Vec3s::from_axes([values; 3])
     }
 
     #[test]
@@ -169,9 +169,9 @@ mod tests {
         assert!(recall.knows(&on_edge(3, &[4, 3, 3]), 2), "a part of it, the other way round, a point twice");
         let mut seen = vertices(&[0.0; 3]);
         recall.exchange(0, &mut seen);
-        assert_eq!(seen.x, [4.0, 3.0, 3.0]);
+        assert_eq!(seen.x(), [4.0, 3.0, 3.0]);
         recall.exchange(1, &mut seen);
-        assert_eq!(seen.z, [40.0, 30.0, 30.0]);
+        assert_eq!(seen.z(), [40.0, 30.0, 30.0]);
     }
 
     #[test]

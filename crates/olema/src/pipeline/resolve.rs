@@ -141,14 +141,13 @@ fn opacity(grid: &Grid) -> [f32; 3] {
 /// Colour and opacity of a surface where it was hit.
 fn surface_at((grid, colors): (&Grid, &Colors), hit: &Record) -> ([f32; 3], [f32; 3]) {
     let opacity = &colors.opacity;
-    let opacity =
-        if opacity.is_empty() { [1.0; 3] } else { mix(grid, [&opacity.x, &opacity.y, &opacity.z], hit) };
+    let opacity = if opacity.is_empty() { [1.0; 3] } else { mix(grid, opacity.axes(), hit) };
     (color_at((grid, colors), hit), opacity)
 }
 
 #[inline(always)]
 fn color_at((grid, colors): (&Grid, &Colors), hit: &Record) -> [f32; 3] {
-    mix(grid, [&colors.color.x, &colors.color.y, &colors.color.z], hit)
+    mix(grid, colors.color.axes(), hit)
 }
 
 /// What values at the vertices are where a micropolygon was hit: those of its first vertex, or interpolated.

@@ -265,7 +265,7 @@ impl HitSink for Sink<'_> {
         self.micropolygon = micropolygon;
         self.opaque = self.opacity.is_none_or(|o| {
             let corners = self.grid.corners(micropolygon as usize);
-            corners.iter().all(|&v| o.x[v] >= 1.0 && o.y[v] >= 1.0 && o.z[v] >= 1.0)
+            corners.iter().all(|&v| o.x()[v] >= 1.0 && o.y()[v] >= 1.0 && o.z()[v] >= 1.0)
         });
     }
 

@@ -236,5 +236,5 @@ impl ShadedGrid {
 
 /// Whether all channels of all opacities are 1.
 fn is_opaque(opacity: &Vec3s) -> bool {
-    [&opacity.x, &opacity.y, &opacity.z].into_iter().all(|values| values.iter().all(|&o| o >= 1.0))
+    opacity.axes().into_iter().all(|values| values.iter().all(|&o| o >= 1.0))
 }

@@ -4,52 +4,20 @@
 //! which of their vertices something visible uses.
 
 use std::cmp::Ordering;
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::Arc;
 
+use crate::math::map::Map;
 use crate::sampling::Payload;
 use crate::scene::ShadingInterpolation;
 
 use super::grid::{Grid, GridKey};
 use super::shade::{Colors, ShadedGrid, VertexSet};
 
-/// Mixes keys with a product each word (Knuth, section 6.4): they come from splitting, which nobody can aim at one
-/// bucket, and a hash that withstands that took half of a look-up.
-#[derive(Debug, Default, Clone, Copy)]
-pub(crate) struct Mix(u64);
-
-impl Hasher for Mix {
-    fn finish(&self) -> u64 {
-        self.0 ^ (self.0 >> 32)
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&byte| self.write_u64(byte.into()));
-    }
-
-    fn write_u32(&mut self, word: u32) {
-        self.write_u64(word.into());
-    }
-
-    fn write_u64(&mut self, word: u64) {
-        self.0 = (self.0.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    }
-
-    fn write_u128(&mut self, word: u128) {
-        self.write_u64(word as u64);
-        self.write_u64((word >> 64) as u64);
-    }
-}
-
-/// Something for each grid.
-pub(crate) type ByGrid<T> = HashMap<GridKey, T, BuildHasherDefault<Mix>>;
-
 /// Grids of a tile, by the slot that records name them with.
 #[derive(Debug, Default)]
 pub struct GridSlots {
     slots: Vec<Slot>,
-    known: ByGrid<u32>,
+    known: Map<GridKey, u32>,
 }
 
 /// What a slot number means.

@@ -10,14 +10,16 @@
 //! other is left with its first vertex only (a side without length). Source: Cook et al. 1987, section 3;
 //! DiagSplit (Fisher et al. 2009).
 
-use glam::Vec3;
+use std::cell::RefCell;
 
 use crate::geometry::RasterCamera;
 
+use super::bound::Hulls;
 use super::connect::{EdgeTable, Part};
+use super::measure::Places;
 use super::patch::{CORNER_UV, Patch, PatchTable, Surfaces, side_uv};
-use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, parameter, quad_uv};
-use super::rate::{Fineness, Lattice, MAX_LEVEL, MeasuredKeys, Rate, inner_segments, rate};
+use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, parameter};
+use super::rate::{Fineness, MAX_LEVEL, Rate};
 
 /// What becomes of a piece.
 #[allow(clippy::large_enum_variant)] // Lives on the stack between two stages only.
@@ -49,6 +51,10 @@ pub struct SplitContext<'a> {
     pub fineness: &'a [Fineness],
     /// A rule to break on purpose; `None` outside tests.
     pub sabotage: Option<Sabotage>,
+    /// Lists to measure with.
+    pub places: RefCell<Places>,
+    /// Lists to bound with.
+    pub hulls: RefCell<Hulls>,
 }
 
 /// Splits are not nested deeper than this; what is left is diced as a lattice.
@@ -58,7 +64,7 @@ const MAX_DEPTH: u32 = 120;
 const MAX_LATTICE: u32 = 65_000;
 
 impl<'a> SplitContext<'a> {
-    fn patch(&self, ix: u32) -> &'a Patch {
+    pub(super) fn patch(&self, ix: u32) -> &'a Patch {
         &self.patches.patches[ix as usize]
     }
 
@@ -88,15 +94,9 @@ impl<'a> SplitContext<'a> {
         part: u32,
         reversed: bool,
     ) -> Side {
-        let scale = 1u64 << level;
-        let point = |t: f32, key: usize| {
-            // Exact: a multiple of 1/8 of 2^-level.
-            let eighths = u64::from(part) * 8 + (t * 8.0) as u64;
-            self.position(patch, self.point_on(patch, line, eighths, scale * 8), key)
-        };
         // Another patch ends at the edge's middle.
         let is_halved = self.is_halved(line) && self.sabotage != Some(Sabotage::Middle);
-        let measure = || self.measure(patch, line, point);
+        let measure = || self.measure(patch, line, [level.into(), part]);
         let measured = match line {
             _ if level == 0 && is_halved => Rate::Uneven,
             Line::Border { edge, .. } if self.sabotage.is_none() => {
@@ -117,31 +117,13 @@ impl<'a> SplitContext<'a> {
         matches!(line, Line::Border { edge, .. } if self.edges.edges[edge as usize].halved)
     }
 
-    fn measure(&self, patch: u32, line: Line, point: impl FnMut(f32, usize) -> Vec3) -> Rate {
-        let fineness = match line {
-            Line::Border { edge, .. } if self.sabotage != Some(Sabotage::Rate) => {
-                self.edges.edges[edge as usize].fineness
-            }
-            _ => self.fineness[self.patch(patch).primitive as usize],
-        };
-        rate(self.camera, self.scaled(fineness), &self.measured_keys(patch), point)
-    }
-
-    fn measured_keys(&self, patch: u32) -> MeasuredKeys {
-        MeasuredKeys::new(&self.patches.times.sets[self.patch(patch).motion as usize])
-    }
-
-    fn scaled(&self, fineness: Fineness) -> Fineness {
-        Fineness { shading_rate: fineness.shading_rate * self.rate_scale, ..fineness }
-    }
-
     /// Whether the side was given one segment because it reaches the eye plane (for the statistics).
     pub fn stops_at_eye(&self, side: &Side) -> bool {
         side.cuts >= self.eye_splits && side.rate == Rate::Even(1)
     }
 
     /// The point at `numerator / denominator` of a line.
-    fn point_on(&self, patch: u32, line: Line, numerator: u64, denominator: u64) -> PointRef {
+    pub(super) fn point_on(&self, patch: u32, line: Line, numerator: u64, denominator: u64) -> PointRef {
         match line {
             Line::Border { edge, .. } => {
                 let known = &self.edges.edges[edge as usize];
@@ -199,13 +181,6 @@ impl<'a> SplitContext<'a> {
             }
             PointRef::Inside(uv) => (patch, uv),
         }
-    }
-
-    /// Camera-space position of a point at a motion key, not displaced. `patch` is used for points inside it
-    /// only.
-    pub fn position(&self, patch: u32, point: PointRef, key: usize) -> Vec3 {
-        let (patch, uv) = self.place(patch, point);
-        self.surfaces.position(patch, key, uv)
     }
 
     /// Whether [`Self::fate`] cuts `piece`, where that can be told without evaluating anything.
@@ -270,22 +245,6 @@ impl<'a> SplitContext<'a> {
         let is_whole = piece.path == 1;
         let wanted = if is_whole { self.edges.known.inner_segments(piece.patch, measure) } else { measure() };
         std::array::from_fn(|axis| segments[axis].max(1).max(wanted[axis]).min(MAX_LATTICE))
-    }
-
-    /// Segments that the inside of a piece asks for.
-    fn inner_segments(&self, piece: &Piece) -> [u32; 2] {
-        let fineness = self.scaled(self.fineness[self.patch(piece.patch).primitive as usize]);
-        let keys = self.measured_keys(piece.patch);
-        let lattices: Vec<Lattice> = keys
-            .keys()
-            .map(|key| {
-                std::array::from_fn(|ix| {
-                    let uv = quad_uv(&piece.uv, (ix % 5) as f32 / 4.0, (ix / 5) as f32 / 4.0);
-                    self.surfaces.position(piece.patch, key, uv)
-                })
-            })
-            .collect();
-        inner_segments(self.camera, fineness, &keys, &lattices)
     }
 
     /// Whether the piece spans more of u than of v, where lengths on screen are not known.

@@ -9,6 +9,7 @@ use crate::geometry::lanes::{self, SurfacePoints};
 use crate::math::Vec3s;
 use crate::math::simd::SimdLevel;
 
+use super::limit::PlacedSpline;
 use super::patch::{Loaded, Surface, Surfaces, at_key};
 
 impl Surfaces<'_> {
@@ -26,9 +27,12 @@ impl Surfaces<'_> {
             Loaded::Control(first, later) => {
                 at_key(first, later, key).evaluate_list(self.level, uv, range, out);
             }
-            Loaded::Limit(evaluator, limit) => range.for_each(|ix| {
-                out.set(ix, limit.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]));
-            }),
+            Loaded::Limit(evaluator, limit) => match limit.spline(evaluator, key) {
+                Some(spline) => spline.evaluate_list(self.level, uv, range, out),
+                None => range.for_each(|ix| {
+                    out.set(ix, limit.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]));
+                }),
+            },
         });
     }
 
@@ -43,9 +47,12 @@ impl Surfaces<'_> {
     ) {
         self.with(patch, |loaded| match loaded {
             Loaded::Control(first, later) => at_key(first, later, key).positions(self.level, uv, range, out),
-            Loaded::Limit(evaluator, limit) => {
-                range.for_each(|ix| out.set(ix, limit.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]).p));
-            }
+            Loaded::Limit(evaluator, limit) => match limit.spline(evaluator, key) {
+                Some(spline) => spline.positions(self.level, uv, range, out),
+                None => range.for_each(|ix| {
+                    out.set(ix, limit.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]).p);
+                }),
+            },
         });
     }
 
@@ -69,6 +76,52 @@ impl Surfaces<'_> {
             },
             Loaded::Limit(..) => false,
         })
+    }
+}
+
+impl PlacedSpline<'_> {
+    /// See [`Surfaces::evaluate_list`].
+    fn evaluate_list(&self, level: SimdLevel, uv: [&[f32]; 2], range: Range<usize>, out: &mut SurfacePoints) {
+        match &self.next {
+            None => lanes::evaluate(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| self.evaluate(u, v),
+            ),
+            Some(next) => lanes::evaluate(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| self.evaluate_between(next, u, v),
+            ),
+        }
+    }
+
+    /// See [`Surfaces::list_positions`].
+    fn positions(&self, level: SimdLevel, uv: [&[f32]; 2], range: Range<usize>, out: &mut Vec3s) {
+        match &self.next {
+            None => lanes::positions(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| self.evaluate(u, v).p,
+            ),
+            Some(next) => lanes::positions(
+                level,
+                uv,
+                range,
+                out,
+                #[inline(always)]
+                |u, v| self.evaluate_between(next, u, v).p,
+            ),
+        }
     }
 }
 

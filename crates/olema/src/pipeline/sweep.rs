@@ -165,6 +165,11 @@ impl Sweep {
         }
     }
 
+    /// The box on the raster that holds it in focus at first, where it is not in front of the near plane.
+    pub fn first(&self) -> [f32; 4] {
+        self.segments.first().map_or(NOWHERE, |segment| segment.ends[0].in_focus)
+    }
+
     /// The box that holds it at all times; upside down for one that is nowhere.
     pub fn whole(&self) -> [f32; 4] {
         let ends = self.segments.iter().flat_map(|segment| &segment.ends);
@@ -296,8 +301,12 @@ pub fn sweep(camera: &RasterCamera, keys: &[KeyExtent], key_times: &[f32], grow_
         let coc = camera.coc_range_px([near, key.most.z]);
         Extent { in_focus: grown(key.raster, grow_px), coc, near }
     };
-    let extents: Vec<Extent> = keys.iter().map(extent_of).collect();
-    let mut swept = Sweep::of_keys(&extents, key_times);
+    let mut swept = match keys {
+        // Nearly all have one key or two.
+        [only] => Sweep::of_keys(&[extent_of(only)], key_times),
+        [from, to] => Sweep::of_keys(&[extent_of(from), extent_of(to)], key_times),
+        _ => Sweep::of_keys(&keys.iter().map(extent_of).collect::<Vec<_>>(), key_times),
+    };
     for (ends, times) in keys.windows(2).zip(key_times.windows(2)) {
         if ends.iter().any(|key| key.may_be_slow(camera)) {
             swept.add_slices([&ends[0], &ends[1]], camera, [times[0], times[1]], grow_px);

@@ -3,12 +3,46 @@
 //! In: points with a tolerance each. Out: numbers, counted from 0 in the order in which new ones appear. Used by
 //! `connect` for corners and for the middles of edges.
 
-use std::collections::HashMap;
-
 use glam::Vec3;
 
+use crate::math::map::{Map, Mixing};
+
 /// Points by the cell that holds them.
-type Cells = HashMap<[i64; 3], Vec<u32>>;
+#[derive(Default)]
+struct Cells {
+    /// The last entry of each cell.
+    last: Map<[i64; 3], u32>,
+    /// A point, and the entry before it in the same cell.
+    entries: Vec<(u32, u32)>,
+}
+
+/// No entry.
+const NONE: u32 = u32::MAX;
+
+impl Cells {
+    fn with_capacity(num: usize) -> Self {
+        Cells {
+            last: Map::with_capacity_and_hasher(num, Mixing::default()),
+            entries: Vec::with_capacity(num),
+        }
+    }
+
+    fn push(&mut self, cell: [i64; 3], point: u32) {
+        let next = self.entries.len() as u32;
+        let before = self.last.insert(cell, next).unwrap_or(NONE);
+        self.entries.push((point, before));
+    }
+
+    /// Points in a cell.
+    fn of(&self, cell: [i64; 3]) -> impl Iterator<Item = u32> + '_ {
+        let mut next = self.last.get(&cell).copied().unwrap_or(NONE);
+        std::iter::from_fn(move || {
+            let &(point, before) = self.entries.get(next as usize)?;
+            next = before;
+            Some(point)
+        })
+    }
+}
 
 /// Gives points that lie together one number.
 ///
@@ -18,7 +52,7 @@ type Cells = HashMap<[i64; 3], Vec<u32>>;
 pub struct Welder {
     /// Octaves that occur, ascending, and their grids.
     octaves: Vec<(i32, Cells)>,
-    exact: HashMap<[u32; 3], u32>,
+    exact: Map<[u32; 3], u32>,
     points: Vec<(Vec3, f32)>,
 }
 
@@ -26,11 +60,13 @@ impl Welder {
     /// Knows no point yet; `tolerances` are all that will be asked with.
     pub fn new(tolerances: impl Iterator<Item = f32>) -> Self {
         let mut octaves: Vec<i32> = tolerances.filter(|t| *t > 0.0).map(octave).collect();
+        // Sheets have about as many corners, and middles twice as many, as patches.
+        let num = octaves.len();
         octaves.sort_unstable();
         octaves.dedup();
         Welder {
-            octaves: octaves.into_iter().map(|o| (o, HashMap::new())).collect(),
-            exact: HashMap::new(),
+            octaves: octaves.into_iter().map(|o| (o, Cells::with_capacity(num))).collect(),
+            exact: Map::with_capacity_and_hasher(num, Mixing::default()),
             points: Vec::new(),
         }
     }
@@ -43,9 +79,11 @@ impl Welder {
             return id;
         }
         let own = if tolerance > 0.0 { octave(tolerance) } else { i32::MIN };
-        let near = self.octaves.iter().filter(|(o, _)| *o <= own).flat_map(|(o, cells)| {
-            touched_cells(p, *o).filter_map(|cell| cells.get(&cell)).flatten().copied()
-        });
+        let near = self
+            .octaves
+            .iter()
+            .filter(|(o, _)| *o <= own)
+            .flat_map(|(o, cells)| touched_cells(p, *o).flat_map(|cell| cells.of(cell)));
         let id = near
             .filter(|&id| {
                 let (q, other) = self.points[id as usize];
@@ -56,7 +94,7 @@ impl Welder {
             let id = self.points.len() as u32;
             self.points.push((p, tolerance));
             for (o, cells) in self.octaves.iter_mut().filter(|(o, _)| *o <= own) {
-                cells.entry(cell(p, *o)).or_default().push(id);
+                cells.push(cell(p, *o), id);
             }
             id
         });
@@ -70,7 +108,7 @@ pub struct KeyedWelder {
     keys: Vec<Welder>,
     tolerances: Vec<f32>,
     /// Numbers of pairs: what was found so far, and the next key's number.
-    pairs: HashMap<(u32, u32), u32>,
+    pairs: Map<(u32, u32), u32>,
 }
 
 /// Marks numbers of pairs, and sets of key times beside numbers of points.
@@ -79,7 +117,7 @@ const PAIR: u32 = 1 << 31;
 impl KeyedWelder {
     /// Knows no point yet; `tolerances` are all that will be asked with.
     pub fn new(tolerances: impl Iterator<Item = f32>) -> Self {
-        KeyedWelder { keys: Vec::new(), tolerances: tolerances.collect(), pairs: HashMap::new() }
+        KeyedWelder { keys: Vec::new(), tolerances: tolerances.collect(), pairs: Map::default() }
     }
 
     /// The number of a point that is at `places` at the keys of set `motion` (0: a single key).

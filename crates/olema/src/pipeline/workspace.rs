@@ -4,18 +4,23 @@
 
 use glam::Vec3;
 
-use crate::geometry::SurfacePoint;
-use crate::math::Vec3s;
+use crate::geometry::lanes::SLACK;
+use crate::geometry::place_lanes::OnRaster;
+use crate::math::{Vec3s, transform};
+use crate::scene::Between;
 use crate::shading::Inputs;
 
 use super::border::Border;
 use super::displace::DisplaceContext;
+use super::grid::{Grid, extent};
 use super::lattice::Lattice;
 use super::moving::{Displaced, Moving, reads_coordinates};
-use super::patch::unit_normal;
+use super::normals::{blend_normals, surface_normals};
 use super::piece::{Piece, Sabotage};
 use super::points::{Points, Wanted};
 use super::recall::Recall;
+use super::split::SplitContext;
+use super::sweep::Extent;
 
 /// One worker's lists.
 #[derive(Debug, Default)]
@@ -28,8 +33,12 @@ pub struct Workspace {
     pub now: Placed,
     /// The same at the time of shading.
     pub shaded: Placed,
-    /// Vertices at all keys, key after key.
-    kept: Vec<Vec3>,
+    /// What is between two keys, before it is what is shaded.
+    between: Placed,
+    /// Vertices at all keys, key after key: one may turn slow at a later key, which asks for all of them.
+    kept: Vec3s,
+    /// Where they are on the raster at each key.
+    extents: Vec<Extent>,
     recall: Recall,
     moving: Moving,
 }
@@ -49,6 +58,8 @@ impl Workspace {
     /// Lists the places that a grid needs, and says what has to be known of them for a shader that reads `inputs`. A ring
     /// is for normals of the displaced surface.
     pub fn set(&mut self, context: &DisplaceContext, piece: &Piece, inputs: Inputs, ring: bool) -> Wanted {
+        self.kept.resize(0);
+        self.extents.clear();
         self.lattice.set(context.frame, piece, ring);
         let displaced = context.is_displaced(piece.patch);
         let recall = displaced.then_some(&mut self.recall);
@@ -58,8 +69,10 @@ impl Workspace {
         let reads = (displaced || ring) && all.any(|patch| reads_coordinates(context, patch));
         let estimated = context.frame.sabotage == Some(Sabotage::EstimatedNormals);
         Wanted {
-            derivatives: inputs.derivatives || reads,
-            normals: inputs.n || displaced || ring,
+            derivatives: inputs.derivatives || inputs.n || reads,
+            shaded_normals: inputs.n,
+            // Between two keys they come from the derivatives there.
+            normals: displaced || ring || inputs.n && context.info(piece.patch).1.shading.part == 0.0,
             border_derivatives: displaced && (reads || !estimated),
             border_normals: displaced,
         }
@@ -92,18 +105,40 @@ impl Workspace {
         }
     }
 
-    /// Keeps the vertices that were just placed: one may turn slow at a later key, which asks for all of them.
-    pub fn keep_vertices(&mut self, key: usize) {
-        if key == 0 {
-            self.kept.clear();
+    /// Puts the vertices that were just placed on the raster, as the next key of `grid`.
+    pub fn put_on_raster(&mut self, frame: &SplitContext, grid: &mut Grid) {
+        let (camera, len, first) = (frame.camera, grid.num_vertices(), grid.x.len());
+        let placed = &self.now.vertices;
+        self.kept.append(placed, 0..len);
+        grid.x.resize(first + len, 0);
+        grid.y.resize(first + len, 0);
+        grid.coc.resize(if camera.lens.is_some() { first + len } else { 0 }, 0);
+        grid.depth.extend_from_slice(&placed.z()[..len]);
+        grid.keys += 1;
+        let coc = grid.coc.get_mut(first..).unwrap_or_default();
+        let to = OnRaster { x: &mut grid.x[first..], y: &mut grid.y[first..], coc };
+        if let Some(reach) = camera.place_list(frame.surfaces.level, placed.slice(0..len), to) {
+            self.extents.push(extent(&reach));
+            return;
         }
-        let vertices = &self.now.vertices;
-        self.kept.extend((0..self.lattice.num_vertices()).map(|ix| vertices.get(ix)));
+        grid.slow.is_slow.resize(len, false);
+        for ix in 0..len {
+            let p = placed.get(ix);
+            let (fixed, at) = (camera.fixed(p), first + ix);
+            grid.slow.is_slow[ix] |= fixed.is_none();
+            [grid.x[at], grid.y[at]] = fixed.unwrap_or_default();
+            if camera.lens.is_some() {
+                grid.coc[at] = if fixed.is_some() { camera.coc(p.z) } else { 0 };
+            }
+        }
     }
 
-    /// What was kept, key after key.
-    pub fn kept_vertices(&self) -> &[Vec3] {
-        &self.kept
+    /// Once the vertices of all keys are on the raster.
+    pub fn close(&mut self, frame: &SplitContext, grid: &mut Grid) {
+        if grid.has_slow() {
+            grid.slow.p = (0..self.kept.len()).map(|ix| self.kept.get(ix)).collect();
+        }
+        grid.close(frame.camera, &frame.patches.times.sets[grid.motion as usize], &self.extents);
     }
 
     /// Hands the vertices whose displaced surface has a normal to `visit`, with these normals.
@@ -119,40 +154,56 @@ impl Workspace {
         }
     }
 
-    /// Notes what was just placed as what is shaded, `part` of the way there from what was noted before (none: all).
-    /// `sign` turns normals.
-    pub fn note_shaded(&mut self, part: Option<f32>, sign: f32) {
-        match part {
-            None => std::mem::swap(&mut self.now, &mut self.shaded),
-            Some(part) => self.shaded.blend(&self.now, part, &self.lattice, sign),
+    /// Notes what was just placed as what is shaded: all of it, or what lies between it and what was noted `before`.
+    pub fn note_shaded(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        wanted: Wanted,
+        before: Option<Between>,
+    ) {
+        if let Some(between) = before {
+            let ends = [&self.shaded, &self.now];
+            self.between.blend(context, patch, ends, between, &self.lattice, wanted);
+            std::mem::swap(&mut self.between, &mut self.shaded);
+        } else {
+            std::mem::swap(&mut self.now, &mut self.shaded);
         }
     }
 }
 
 impl Placed {
-    /// Goes part of the way to where everything is at the next key.
-    fn blend(&mut self, next: &Placed, part: f32, lattice: &Lattice, sign: f32) {
-        let between = |from: Vec3, to: Vec3| from + (to - from) * part;
-        for ix in 0..lattice.num_vertices() {
-            let (from, to) = (self.points.at.get(ix), next.points.at.get(ix));
-            let at = SurfacePoint {
-                p: between(from.p, to.p),
-                du: between(from.du, to.du),
-                dv: between(from.dv, to.dv),
-            };
-            self.points.at.set(ix, at);
-            let (from, to) = (self.points.normal.get(ix), next.points.normal.get(ix));
-            let normal = if lattice.has_ring() {
-                between(from, to).normalize_or(from)
-            } else {
-                unit_normal(&at).map_or(from, |normal| normal * sign)
-            };
-            self.points.normal.set(ix, normal);
-            self.vertices.set(ix, between(self.vertices.get(ix), next.vertices.get(ix)));
+    /// What lies between two keys.
+    fn blend(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        [from, to]: [&Placed; 2],
+        between: Between,
+        lattice: &Lattice,
+        wanted: Wanted,
+    ) {
+        let surfaces = &context.frame.surfaces;
+        let (level, len, part) = (surfaces.level, lattice.num_vertices(), between.part as f32);
+        transform::between(level, [&from.vertices, &to.vertices], part, len, &mut self.vertices);
+        let Points { at, normal, .. } = &mut self.points;
+        if wanted.derivatives {
+            transform::between(level, [&from.points.at.du, &to.points.at.du], part, len, &mut at.du);
+            transform::between(level, [&from.points.at.dv, &to.points.at.dv], part, len, &mut at.dv);
         }
         if lattice.has_ring() {
-            for ix in 0..lattice.own {
-                self.ring.set(ix, between(self.ring.get(ix), next.ring.get(ix)));
+            blend_normals(level, [&from.points.normal, &to.points.normal], part, len, normal);
+            transform::between(level, [&from.ring, &to.ring], part, lattice.own, &mut self.ring);
+        } else if wanted.shaded_normals {
+            normal.make_room(len + SLACK);
+            let sign = context.normal_sign(patch);
+            if surface_normals(level, at, 0..len, sign, normal) {
+                for ix in 0..len {
+                    if normal.get(ix) == Vec3::ZERO {
+                        let place = lattice.place(ix as u32);
+                        normal.set(ix, surfaces.normal(patch, between.keys[0], place) * sign);
+                    }
+                }
             }
         }
     }

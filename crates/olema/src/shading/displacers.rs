@@ -100,9 +100,10 @@ impl Common {
                         self.bound(&mut moved);
                     }
                     let last = points.p.len().min(first + LANES);
-                    offset.x[first..last].copy_from_slice(&moved[0][..last - first]);
-                    offset.y[first..last].copy_from_slice(&moved[1][..last - first]);
-                    offset.z[first..last].copy_from_slice(&moved[2][..last - first]);
+                    let [x, y, z] = offset.axes_mut();
+                    x[first..last].copy_from_slice(&moved[0][..last - first]);
+                    y[first..last].copy_from_slice(&moved[1][..last - first]);
+                    z[first..last].copy_from_slice(&moved[2][..last - first]);
                 }
             },
         );
@@ -165,7 +166,7 @@ impl Group {
     #[inline(always)]
     fn load(points: &DisplacementPoints, first: usize) -> Self {
         Group {
-            p: [lanes(&points.p.x, first), lanes(&points.p.y, first), lanes(&points.p.z, first)],
+            p: [lanes(points.p.x(), first), lanes(points.p.y(), first), lanes(points.p.z(), first)],
             width: lanes(&points.width, first),
         }
     }
@@ -230,7 +231,7 @@ impl<H: Height> DisplacementShader for AlongNormal<H> {
             |first, group| {
                 let height = self.height.heights(points, first, group);
                 let mut out =
-                    [lanes(&points.n.x, first), lanes(&points.n.y, first), lanes(&points.n.z, first)];
+                    [lanes(points.n.x(), first), lanes(points.n.y(), first), lanes(points.n.z(), first)];
                 for axis in &mut out {
                     for lane in 0..LANES {
                         axis[lane] *= self.common.amplitude * height[lane];

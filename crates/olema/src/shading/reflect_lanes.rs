@@ -85,7 +85,7 @@ impl<'a> Picked<'a> {
     #[inline(always)]
     fn load(&self, from: &Vec3s) -> Lanes3 {
         let mut to = ZEROS;
-        for (to, from) in to.iter_mut().zip([&from.x, &from.y, &from.z]) {
+        for (to, from) in to.iter_mut().zip(from.axes()) {
             if let Some(first) = self.run {
                 to.copy_from_slice(&from[first..first + LANES]);
             } else {
@@ -98,7 +98,7 @@ impl<'a> Picked<'a> {
 
     #[inline(always)]
     fn store(&self, to: &mut Vec3s, from: &Lanes3) {
-        for (to, from) in [&mut to.x, &mut to.y, &mut to.z].into_iter().zip(from) {
+        for (to, from) in to.axes_mut().into_iter().zip(from) {
             if let Some(first) = self.run {
                 to[first..first + LANES].copy_from_slice(from);
             } else {
@@ -283,9 +283,7 @@ mod tests {
     /// Bits, but one for all that are not numbers.
     fn bits(shaded: &ShadedPoints) -> Vec<u32> {
         let bits = |&value: &f32| if value.is_nan() { u32::MAX } else { value.to_bits() };
-        let Vec3s { x, y, z } = &shaded.ci;
-        let ci = x.iter().chain(y).chain(z);
-        ci.chain(&shaded.oi.x).chain(&shaded.oi.y).chain(&shaded.oi.z).map(bits).collect()
+        [&shaded.ci, &shaded.oi].into_iter().flat_map(Vec3s::axes).flatten().map(bits).collect()
     }
 
     /// What lanes give at each level, and what the twin gives for normals that are `off`.

@@ -4,7 +4,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use olema::geometry::SurfacePoint;
+use olema::geometry::lanes::{self, SLACK, SurfacePoints};
 use olema::geometry::subdivision::{CornerId, Evaluator, LimitSurface, MeshWarning, Piece};
+use olema::math::simd::SimdLevel;
 use olema::scene::{
     BoundaryRule, Class, Crease, CreaseMethod, FaceVaryingRule, PrimVar, Scheme, SubdivisionMesh, VarType,
     VarValues,
@@ -284,4 +287,38 @@ fn edges_beside_polygons_are_split_on_both_sides() {
             assert_eq!(edge.piece == Piece::Whole, quad >= 10 || side == 1 || side == 2);
         }
     }
+}
+
+#[test]
+fn splines_in_lanes_are_what_the_evaluator_says_on_every_level() {
+    let surface = surface(shapes::torus(5, 4));
+    let len = 29;
+    let place = |ix: usize, of: usize| (ix % of) as f32 / (of - 1) as f32;
+    let u: Vec<f32> = (0..len + SLACK).map(|ix| place(ix, 7)).collect();
+    let v: Vec<f32> = (0..len + SLACK).map(|ix| place(ix, 11)).collect();
+    for quad in 0..surface.num_quads() as u32 {
+        let mut evaluator = surface.evaluator(quad);
+        for level in SimdLevel::all() {
+            let mut points = SurfacePoints::default();
+            points.resize(len + SLACK);
+            let spline = evaluator.spline(0).expect("a torus of quads is regular");
+            lanes::evaluate(
+                level,
+                [&u, &v],
+                0..len,
+                &mut points,
+                #[inline(always)]
+                |u, v| {
+                    let at = spline.evaluate(u, v);
+                    SurfacePoint { p: at.p, du: at.dp_du, dv: at.dp_dv }
+                },
+            );
+            for ix in 0..len {
+                let twin = evaluator.evaluate(0, u[ix], v[ix]);
+                assert_eq!(points.get(ix), SurfacePoint { p: twin.p, du: twin.dp_du, dv: twin.dp_dv });
+            }
+        }
+    }
+    let irregular = LimitSurface::new(Arc::new(shapes::cube())).0;
+    assert!(irregular.evaluator(0).spline(0).is_none(), "three faces meet at a corner");
 }

@@ -45,16 +45,16 @@ impl Bicubic {
     }
 
     /// Point and derivatives at (u, v) in the unit square.
+    #[inline(always)]
     pub(super) fn evaluate(&self, u: f64, v: f64) -> Jet {
         let (bu, du) = basis(u);
         let (bv, dv) = basis(v);
-        let mut jet = Jet::default();
-        for (row, (bv, dv)) in self.points.chunks_exact(4).zip(bv.into_iter().zip(dv)) {
-            let p = row[0] * bu[0] + row[1] * bu[1] + row[2] * bu[2] + row[3] * bu[3];
-            jet.du += (row[0] * du[0] + row[1] * du[1] + row[2] * du[2] + row[3] * du[3]) * bv;
-            jet.p += p * bv;
-            jet.dv += p * dv;
-        }
+        let p = &self.points;
+        let jet = Jet::default();
+        let jet = add_row(jet, [p[0], p[1], p[2], p[3]], [bu, du], bv[0], dv[0]);
+        let jet = add_row(jet, [p[4], p[5], p[6], p[7]], [bu, du], bv[1], dv[1]);
+        let jet = add_row(jet, [p[8], p[9], p[10], p[11]], [bu, du], bv[2], dv[2]);
+        let jet = add_row(jet, [p[12], p[13], p[14], p[15]], [bu, du], bv[3], dv[3]);
         Jet { p: jet.p + self.origin, ..jet }
     }
 
@@ -74,7 +74,16 @@ impl Bicubic {
     }
 }
 
+/// Adds what a row of control points contributes, given the weights along it and their derivatives.
+#[inline(always)]
+fn add_row(jet: Jet, row: [DVec3; 4], [bu, du]: [[f64; 4]; 2], bv: f64, dv: f64) -> Jet {
+    let p = row[0] * bu[0] + row[1] * bu[1] + row[2] * bu[2] + row[3] * bu[3];
+    let along = row[0] * du[0] + row[1] * du[1] + row[2] * du[2] + row[3] * du[3];
+    Jet { p: jet.p + p * bv, du: jet.du + along * bv, dv: jet.dv + p * dv }
+}
+
 /// Cubic B-spline weights and their derivatives.
+#[inline(always)]
 fn basis(t: f64) -> ([f64; 4], [f64; 4]) {
     let s = 1.0 - t;
     let (t2, s2) = (t * t, s * s);

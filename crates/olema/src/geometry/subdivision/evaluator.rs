@@ -6,7 +6,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::bicubic::Jet;
+use super::bicubic::{Bicubic, Jet};
 use super::hood::{Channel, Hood};
 use super::surface::{LimitSurface, Var, var_channels, var_width};
 use super::topology::Topology;
@@ -46,6 +46,19 @@ pub struct Aabb {
     pub min: Vec3,
     /// Highest coordinates.
     pub max: Vec3,
+}
+
+/// A limit surface that is one B-spline over a base quad.
+#[derive(Debug, Clone, Copy)]
+pub struct Spline<'a>(&'a Bicubic);
+
+impl Spline<'_> {
+    /// What [`Evaluator::evaluate`] gives.
+    #[inline(always)]
+    pub fn evaluate(&self, u: f32, v: f32) -> LimitPoint {
+        let jet = self.0.evaluate(f64::from(u), f64::from(v));
+        LimitPoint { p: jet.p.as_vec3(), dp_du: jet.du.as_vec3(), dp_dv: jet.dv.as_vec3() }
+    }
 }
 
 /// Evaluates one base quad of a [`LimitSurface`].
@@ -100,6 +113,14 @@ impl<'a> Evaluator<'a> {
             (point.dp_du, point.dp_dv) = (inside.du.as_vec3(), inside.dv.as_vec3());
         }
         point
+    }
+
+    /// The surface of a key, if it is one spline over the whole base quad.
+    pub fn spline(&self, key: usize) -> Option<Spline<'_>> {
+        match &self.shape {
+            Shape::Quad(tree) => tree.spline(key).map(Spline),
+            _ => None,
+        }
     }
 
     /// The limit points of all keys at (u, v), appended to `out`.

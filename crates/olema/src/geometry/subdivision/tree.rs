@@ -65,6 +65,14 @@ impl Tree {
         Tree { pieces: vec![piece(&scratch.child)], method, scratch }
     }
 
+    /// The B-spline of a channel, if it is one over the whole domain.
+    pub(super) fn spline(&self, channel: usize) -> Option<&Bicubic> {
+        match &self.pieces[0] {
+            Piece::Bicubic(patches) => Some(&patches[channel]),
+            _ => None,
+        }
+    }
+
     /// Bytes of the pieces made so far.
     pub(super) fn num_bytes(&self) -> usize {
         let held = |piece: &Piece| match piece {

@@ -7,6 +7,7 @@ pub mod closed_moving;
 pub mod cracks;
 pub mod creature;
 pub mod goldens;
+pub mod kernels;
 pub mod moving;
 pub mod occlusion_scenes;
 pub mod scenes;

@@ -71,11 +71,15 @@ fn check() -> Result<ExitCode, Box<dyn Error>> {
             return Err(format!("{}: no baseline of {name}", baselines().display()).into());
         };
         let ratio = count as f64 / baseline as f64;
-        let verdict = if ratio > MOST { "  TOO MANY" } else { "" };
-        is_slower |= ratio > MOST;
+        let verdict = if is_too_many(count, baseline) { "  TOO MANY" } else { "" };
+        is_slower |= is_too_many(count, baseline);
         println!("{name:24} {baseline:12} {count:12} {ratio:7.3}{verdict}");
     }
     Ok(if is_slower { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn is_too_many(count: u64, baseline: u64) -> bool {
+    count as f64 > MOST * baseline as f64
 }
 
 /// The level and the counts of a file of baselines.
@@ -121,4 +125,28 @@ fn count(name: &str, times: u32) -> Result<(String, u64), Box<dyn Error>> {
         return Err(format!("valgrind tells no count of {name}: {err}").into());
     };
     Ok((level.to_owned(), collected.trim().parse()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_twentieth_more_is_allowed_and_no_more() {
+        assert!(!is_too_many(1_050, 1_000) && !is_too_many(10, 1_000));
+        assert!(is_too_many(1_051, 1_000) && is_too_many(u64::MAX, u64::MAX / 2));
+    }
+
+    #[test]
+    fn every_kernel_has_a_baseline_and_a_broken_file_tells_its_line() {
+        let text = std::fs::read_to_string(baselines()).expect("baselines");
+        let (level, counts) = parse(&text).expect("well formed");
+        assert!(!level.is_empty());
+        assert!(ALL.iter().all(|case| counts.get(case.name).is_some_and(|&count| count > 0)));
+        let error = parse("level avx2\nnomotion_1spp many\n").expect_err("no number").to_string();
+        assert!(
+            error.ends_with("instructions.txt:2: expected \"NAME COUNT\": \"nomotion_1spp many\""),
+            "{error}"
+        );
+    }
 }

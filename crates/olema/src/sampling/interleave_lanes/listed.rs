@@ -36,6 +36,11 @@ impl OfTuple<'_> {
     ) {
         let Some(shape) = self.of_shape.shape else { return };
         let Scratch { at, depth, listed } = scratch;
+        // Those of each corner are as many as of the others, so that a quad is checked once.
+        let (num, [c0, c1, c2, c3]) = (self.part.num, self.of_shape.corners);
+        let (a0, a1, a2, a3) = (&at[c0..][..num], &at[c1..][..num], &at[c2..][..num], &at[c3..][..num]);
+        let (z0, z1, z2, z3) =
+            (&depth[c0..][..num], &depth[c1..][..num], &depth[c2..][..num], &depth[c3..][..num]);
         let samples = self.draw.samples;
         let low = lanes.splat(0xff);
         for first in (0..listed.len).step_by(LANES) {
@@ -53,9 +58,11 @@ impl OfTuple<'_> {
             lanes.store(lanes.shr(entry, 16), &mut quads, 0);
             let mut corners = [[0; LANES]; 4];
             for lane in 0..num {
-                for (corners, corner) in corners.iter_mut().zip(self.of_shape.corners) {
-                    corners[lane] = at[quads[lane] as usize + corner];
-                }
+                let quad = quads[lane] as usize;
+                corners[0][lane] = a0[quad];
+                corners[1][lane] = a1[quad];
+                corners[2][lane] = a2[quad];
+                corners[3][lane] = a3[quad];
             }
             let mut at_lanes = [lanes.splat(0); 4];
             for (at, corners) in at_lanes.iter_mut().zip(&corners) {
@@ -71,9 +78,7 @@ impl OfTuple<'_> {
             lanes.store(sample, &mut sample_ix, 0);
             for lane in bits(hit) {
                 let quad = quads[lane] as usize;
-                for (z, corner) in z.iter_mut().zip(self.of_shape.corners) {
-                    z[lane] = depth[quad + corner];
-                }
+                (z[0][lane], z[1][lane], z[2][lane], z[3][lane]) = (z0[quad], z1[quad], z2[quad], z3[quad]);
                 micropolygons[lane] = self.part.quads[quad];
             }
             let mut z_lanes = [lanes.splat_f(0.0); 4];

@@ -155,18 +155,29 @@ impl<'a> OfTuple<'a> {
         let t = lanes.splat_f(t15 as f32 * (1.0 / 32_768.0));
         let mut least = lanes.splat(pair(i32::from(i16::MAX), i32::from(i16::MAX)));
         let mut most = lanes.splat(pair(i32::from(i16::MIN), i32::from(i16::MIN)));
-        for first in (0..self.part.num).step_by(LANES) {
-            let moved = lanes.scale2(time, lanes.load(motion, first));
-            let mut at = lanes.add2(lanes.load(place, first), moved);
-            if !self.segment.is_sharp {
-                let change = lanes.scale2(time, lanes.load(coc_change, first));
-                let coc = lanes.add2(lanes.load(coc, first), change);
-                at = lanes.add2(at, lanes.scale2(lens, coc));
+        // All of the same length: nothing is checked within the loops.
+        let len = self.part.num.next_multiple_of(LANES);
+        let out = scratch.at[..len].chunks_exact_mut(LANES);
+        let from = place[..len].chunks_exact(LANES).zip(motion[..len].chunks_exact(LANES));
+        if self.segment.is_sharp {
+            for (out, (place, motion)) in out.zip(from) {
+                let at = lanes.add2(lanes.load(place, 0), lanes.scale2(time, lanes.load(motion, 0)));
+                lanes.store(at, out, 0);
+                (least, most) = (lanes.min2(least, at), lanes.max2(most, at));
             }
-            lanes.store(at, &mut scratch.at, first);
-            let [z0, z1] = [lanes.load_f(&depth[0], first), lanes.load_f(&depth[1], first)];
-            lanes.store_f(depth_between(lanes, z0, z1, t), &mut scratch.depth, first);
-            (least, most) = (lanes.min2(least, at), lanes.max2(most, at));
+        } else {
+            let cocs = coc[..len].chunks_exact(LANES).zip(coc_change[..len].chunks_exact(LANES));
+            for ((out, (place, motion)), (coc, change)) in out.zip(from).zip(cocs) {
+                let at = lanes.add2(lanes.load(place, 0), lanes.scale2(time, lanes.load(motion, 0)));
+                let coc = lanes.add2(lanes.load(coc, 0), lanes.scale2(time, lanes.load(change, 0)));
+                let at = lanes.add2(at, lanes.scale2(lens, coc));
+                lanes.store(at, out, 0);
+                (least, most) = (lanes.min2(least, at), lanes.max2(most, at));
+            }
+        }
+        let from = depth[0][..len].chunks_exact(LANES).zip(depth[1][..len].chunks_exact(LANES));
+        for (out, (z0, z1)) in scratch.depth[..len].chunks_exact_mut(LANES).zip(from) {
+            lanes.store_f(depth_between(lanes, lanes.load_f(z0, 0), lanes.load_f(z1, 0), t), out, 0);
         }
         (least, most)
     }

@@ -19,12 +19,13 @@
 //! round (a lane per tuple, one quad after the other) each vertex was placed four times and every tuple's bits had to be
 //! loaded lane by lane.
 //!
-//! What does not fit in 16 bits ([`super::packed`]) is halved until it does; a single quad that does not is drawn by the
-//! twin.
+//! What moves too far for 16 bits ([`super::packed`]) is placed in 32 and has an origin for each tuple. What is too large
+//! for 16 bits is halved until it is not; a single quad that is, is drawn by the twin.
 
 mod listed;
 mod part;
 mod tuple;
+mod wide;
 
 use super::draw::MovingDraw;
 use super::interleave;

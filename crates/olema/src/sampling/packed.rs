@@ -79,7 +79,21 @@ pub(super) struct PackedSegment {
     pub is_sharp: bool,
     /// Depths at the first and the second key.
     pub depth: [Vec<f32>; 2],
+    /// What moves too far for 16 bits; the fields above but the depths are not filled then.
+    pub wide: Option<Wide>,
 }
+
+/// Vertices in 32 bits, with room for a vector: x, y and the circle of confusion, each at the first key and what it
+/// changes until the second.
+#[derive(Debug, Default)]
+pub(super) struct Wide {
+    pub x: [Vec<i32>; 2],
+    pub y: [Vec<i32>; 2],
+    pub coc: [Vec<i32>; 2],
+}
+
+/// Changes must be below this in 32 bits.
+const MOST_WIDE: i32 = 1 << 23;
 
 impl PackedSegment {
     /// Packs ranges of vertices, one after the other; whether they fit.
@@ -115,6 +129,42 @@ impl PackedSegment {
         }
         depth.iter_mut().for_each(|depth| depth.resize(len, 0.0));
         self.frame = Frame::new(origin, region);
+        self.wide = None;
+        true
+    }
+
+    /// Packs a range of vertices that move too far for [`Self::pack`]; whether those of each key fit around an origin.
+    fn pack_wide(&mut self, grid: &MovingGrid, segment: usize, vertices: &[Range<usize>]) -> bool {
+        let spread = Spread::of(grid, segment, vertices.iter().cloned());
+        if spread.most_coc > MOST / 4
+            || spread.most_motion >= MOST_WIDE
+            || !spread.boxes.iter().all(|extent| spread.is_small(extent, MOST))
+        {
+            return false;
+        }
+        let mut wide = self.wide.take().unwrap_or_default();
+        let Wide { x, y, coc } = &mut wide;
+        x.iter_mut().chain(y.iter_mut()).chain(coc.iter_mut()).for_each(Vec::clear);
+        self.depth.iter_mut().for_each(Vec::clear);
+        for range in vertices {
+            for (out, values) in [(&mut *x, grid.x), (&mut *y, grid.y), (&mut *coc, grid.coc)] {
+                if values.is_empty() {
+                    continue;
+                }
+                let [from, to] = grid.ends_of(values, range, segment);
+                out[0].extend_from_slice(from);
+                out[1].extend(from.iter().zip(to).map(|(from, to)| to - from));
+            }
+            let z = grid.ends_of(grid.depth, range, segment);
+            self.depth.iter_mut().zip(z).for_each(|(depth, z)| depth.extend_from_slice(z));
+        }
+        self.is_sharp = coc.iter().flatten().all(|&coc| coc == 0);
+        let len = x[0].len() + LANES;
+        for values in x.iter_mut().chain(y).chain(coc) {
+            values.resize(len, values.last().copied().unwrap_or_default());
+        }
+        self.depth.iter_mut().for_each(|depth| depth.resize(len, 0.0));
+        self.wide = Some(wide);
         true
     }
 
@@ -136,33 +186,55 @@ fn origin(
     segment: usize,
     vertices: impl Iterator<Item = Range<usize>>,
 ) -> Option<[i32; 2]> {
-    let mut boxes = [Extent::EMPTY; 2];
-    let (mut most_coc, mut most_motion) = (0, 0);
-    for range in vertices {
-        for (axis, values) in [grid.x, grid.y].into_iter().enumerate() {
-            let [from, to] = grid.ends_of(values, &range, segment);
-            for (extent, values) in boxes.iter_mut().zip([from, to]) {
-                extent.least[axis] = values.iter().fold(extent.least[axis], |least, &v| least.min(v));
-                extent.most[axis] = values.iter().fold(extent.most[axis], |most, &v| most.max(v));
-            }
-            most_motion = from.iter().zip(to).fold(most_motion, |most, (a, b)| most.max((b - a).abs()));
-        }
-        if !grid.coc.is_empty() {
-            let [c0, c1] = grid.ends_of(grid.coc, &range, segment);
-            most_coc = c0.iter().chain(c1).fold(most_coc, |most, c| most.max(c.abs()));
-        }
-    }
-    let mut all = boxes[0];
-    all.add(boxes[1]);
-    let is_small = |extent: &Extent, most: i32| {
-        [0, 1].iter().all(|&axis| extent.most[axis] - extent.least[axis] <= most - 2 * most_coc)
-    };
+    let spread = Spread::of(grid, segment, vertices);
+    let mut all = spread.boxes[0];
+    all.add(spread.boxes[1]);
     // The middle is rounded down by less than 8 pixels.
-    let fits = most_coc <= MOST / 4
-        && most_motion <= MOST
-        && boxes.iter().all(|extent| is_small(extent, MOST))
-        && is_small(&all, 2 * (MOST - 256 * ALIGN));
-    fits.then(|| [0, 1].map(|axis| ((all.least[axis] + all.most[axis]) >> 9) & -ALIGN))
+    let fits = spread.most_coc <= MOST / 4
+        && spread.most_motion <= MOST
+        && spread.boxes.iter().all(|extent| spread.is_small(extent, MOST))
+        && spread.is_small(&all, 2 * (MOST - 256 * ALIGN));
+    fits.then(|| middle(&all))
+}
+
+/// The pixel around which positions are packed.
+pub(super) fn middle(extent: &Extent) -> [i32; 2] {
+    [0, 1].map(|axis| ((extent.least[axis] + extent.most[axis]) >> 9) & -ALIGN)
+}
+
+/// How far vertices are from each other, and how far they move.
+struct Spread {
+    /// Around those of each key.
+    boxes: [Extent; 2],
+    most_coc: i32,
+    most_motion: i32,
+}
+
+impl Spread {
+    fn of(grid: &MovingGrid, segment: usize, vertices: impl Iterator<Item = Range<usize>>) -> Self {
+        let mut boxes = [Extent::EMPTY; 2];
+        let (mut most_coc, mut most_motion) = (0, 0);
+        for range in vertices {
+            for (axis, values) in [grid.x, grid.y].into_iter().enumerate() {
+                let [from, to] = grid.ends_of(values, &range, segment);
+                for (extent, values) in boxes.iter_mut().zip([from, to]) {
+                    extent.least[axis] = values.iter().fold(extent.least[axis], |least, &v| least.min(v));
+                    extent.most[axis] = values.iter().fold(extent.most[axis], |most, &v| most.max(v));
+                }
+                most_motion = from.iter().zip(to).fold(most_motion, |most, (a, b)| most.max((b - a).abs()));
+            }
+            if !grid.coc.is_empty() {
+                let [c0, c1] = grid.ends_of(grid.coc, &range, segment);
+                most_coc = c0.iter().chain(c1).fold(most_coc, |most, c| most.max(c.abs()));
+            }
+        }
+        Spread { boxes, most_coc, most_motion }
+    }
+
+    /// Whether a box is at most so large, circles of confusion included.
+    fn is_small(&self, extent: &Extent, most: i32) -> bool {
+        [0, 1].iter().all(|&axis| extent.most[axis] - extent.least[axis] <= most - 2 * self.most_coc)
+    }
 }
 
 /// Vertices over all segments.
@@ -179,6 +251,19 @@ impl Packed {
         self.segments.resize_with(num_segments, PackedSegment::default);
         let mut segments = self.segments.iter_mut().enumerate();
         segments.all(|(ix, segment)| segment.pack(&draw.grid, ix, vertices.clone(), &draw.samples.region))
+    }
+}
+
+impl Packed {
+    /// As [`Self::pack`], in 32 bits where vertices move too far.
+    pub fn pack_any(&mut self, draw: &MovingDraw, vertices: &[Range<usize>]) -> bool {
+        let num_segments = (draw.grid.num_keys() - 1).max(1);
+        self.segments.resize_with(num_segments, PackedSegment::default);
+        let mut segments = self.segments.iter_mut().enumerate();
+        segments.all(|(ix, segment)| {
+            segment.pack(&draw.grid, ix, vertices.iter().cloned(), &draw.samples.region)
+                || segment.pack_wide(&draw.grid, ix, vertices)
+        })
     }
 }
 

@@ -35,7 +35,7 @@ impl OfTuple<'_> {
         sink: &mut S,
     ) {
         let Some(shape) = self.of_shape.shape else { return };
-        let Scratch { at, depth, listed } = scratch;
+        let Scratch { at, depth, listed, .. } = scratch;
         // Those of each corner are as many as of the others, so that a quad is checked once.
         let (num, [c0, c1, c2, c3]) = (self.part.num, self.of_shape.corners);
         let (a0, a1, a2, a3) = (&at[c0..][..num], &at[c1..][..num], &at[c2..][..num], &at[c3..][..num]);

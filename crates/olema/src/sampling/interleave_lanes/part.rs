@@ -28,9 +28,10 @@ impl Part {
         let stride = draw.grid.m + 1;
         let row_of = |row: usize| row * stride + i[0]..row * stride + i[1] + 1;
         let fits = if i == [0, draw.grid.m] {
-            self.packed.pack(draw, std::iter::once(row_of(j[0]).start..row_of(j[1]).end))
+            let all = row_of(j[0]).start..row_of(j[1]).end;
+            self.packed.pack_any(draw, std::slice::from_ref(&all))
         } else {
-            self.packed.pack(draw, (j[0]..=j[1]).map(row_of))
+            self.packed.pack_any(draw, &(j[0]..=j[1]).map(row_of).collect::<Vec<_>>())
         };
         if !fits {
             return false;

@@ -23,6 +23,8 @@ const SIGNS: i32 = 0x8000_8000_u32 as i32;
 pub(super) struct Scratch {
     /// Where vertices are for a tuple, with room for a vector and a row.
     pub(super) at: Vec<i32>,
+    /// The same in 32 bits, where it takes these.
+    pub(super) wide: [Vec<i32>; 2],
     /// Their depths.
     pub(super) depth: Vec<f32>,
     pub(super) listed: Listed,
@@ -32,6 +34,7 @@ impl Scratch {
     pub(super) fn renew(&mut self, part: &Part) {
         let len = part.num + part.m + 2 + 2 * LANES;
         self.at.resize(len, 0);
+        self.wide.iter_mut().for_each(|wide| wide.resize(len, 0));
         self.depth.resize(len, 0.0);
     }
 }
@@ -41,10 +44,12 @@ pub(super) struct OfTuple<'a> {
     rows: &'a TupleRows,
     pub(super) part: &'a Part,
     pub(super) of_shape: &'a OfShape,
-    segment: &'a PackedSegment,
+    pub(super) segment: &'a PackedSegment,
+    /// Where positions are packed; of the segment, or of this tuple.
+    pub(super) frame: Frame,
     tuple_ix: u32,
     pub(super) tuple: Tuple,
-    time: LocalTime,
+    pub(super) time: LocalTime,
     /// In the order of time.
     place_in_time: usize,
     pub(super) stratum: i32,
@@ -96,6 +101,7 @@ impl<'a> OfTuple<'a> {
             part,
             of_shape,
             segment: &part.packed.segments[usize::from(time.segment)],
+            frame: part.packed.segments[usize::from(time.segment)].frame,
             tuple_ix,
             tuple: draw.pattern.tuples()[tuple_ix as usize],
             time,
@@ -105,7 +111,7 @@ impl<'a> OfTuple<'a> {
     }
 
     pub(super) fn frame(&self) -> &Frame {
-        &self.segment.frame
+        &self.frame
     }
 
     #[inline(always)]
@@ -116,13 +122,17 @@ impl<'a> OfTuple<'a> {
         counts: &mut SampleCounts,
         sink: &mut S,
     ) {
-        let (least, most) = self.place(lanes, scratch);
+        let (least, most) = match &self.segment.wide {
+            Some(wide) => self.place_wide(lanes, wide, scratch),
+            None => self.place(lanes, scratch),
+        };
         // Pixels that the part can overlap.
         let [x0, x1] = [lanes.least(lanes.shl(least, 16)) >> 24, lanes.greatest(lanes.shl(most, 16)) >> 24];
         let [y0, y1] = [lanes.least(least) >> 24, lanes.greatest(most) >> 24];
         if self.misses([x0, x1, y0, y1]) {
             return;
         }
+        self.place_depth(lanes, scratch);
         let held = self.held(lanes, [x0, x1, y0, y1]);
         let is_cut = !self.is_whole([x0, x1, y0, y1]);
         let mut tests = lanes.splat(0);
@@ -148,11 +158,10 @@ impl<'a> OfTuple<'a> {
     /// Places the vertices; least and greatest of the positions.
     #[inline(always)]
     fn place<L: Lanes>(&self, lanes: L, scratch: &mut Scratch) -> (L::I, L::I) {
-        let PackedSegment { place, motion, coc, coc_change, depth, .. } = self.segment;
+        let PackedSegment { place, motion, coc, coc_change, .. } = self.segment;
         let t15 = i32::from(self.time.t15);
         let time = lanes.splat(pair(t15, t15));
         let lens = lanes.splat(pair(self.tuple.u15.into(), self.tuple.v15.into()));
-        let t = lanes.splat_f(t15 as f32 * (1.0 / 32_768.0));
         let mut least = lanes.splat(pair(i32::from(i16::MAX), i32::from(i16::MAX)));
         let mut most = lanes.splat(pair(i32::from(i16::MIN), i32::from(i16::MIN)));
         // All of the same length: nothing is checked within the loops.
@@ -175,11 +184,18 @@ impl<'a> OfTuple<'a> {
                 (least, most) = (lanes.min2(least, at), lanes.max2(most, at));
             }
         }
+        (least, most)
+    }
+
+    /// Depths of the vertices.
+    #[inline(always)]
+    fn place_depth<L: Lanes>(&self, lanes: L, scratch: &mut Scratch) {
+        let t = lanes.splat_f(f32::from(self.time.t15) * (1.0 / 32_768.0));
+        let (len, depth) = (self.part.num.next_multiple_of(LANES), &self.segment.depth);
         let from = depth[0][..len].chunks_exact(LANES).zip(depth[1][..len].chunks_exact(LANES));
         for (out, (z0, z1)) in scratch.depth[..len].chunks_exact_mut(LANES).zip(from) {
             lanes.store_f(depth_between(lanes, lanes.load_f(z0, 0), lanes.load_f(z1, 0), t), out, 0);
         }
-        (least, most)
     }
 
     /// The rows of pixels `[x0, x1, y0, y1]`, both ends inclusive, as far as these are in the region; nothing where they

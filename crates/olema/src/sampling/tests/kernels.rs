@@ -7,7 +7,8 @@ use crate::math::simd::SimdLevel;
 use crate::sampling::hash::Stream;
 use crate::sampling::nomotion::{Facing, SampleCounts};
 use crate::sampling::{
-    Kernels, Micropolygons, MovingDraw, Rasterizer, Region, RegionSamples, SamplePattern, TupleTimes,
+    Kernels, Micropolygons, MovingDraw, PatternSpec, Rasterizer, Region, RegionSamples, SamplePattern,
+    TupleTimes,
 };
 
 const GRIDS: [[u32; 2]; 8] = [[1, 1], [3, 1], [2, 2], [7, 1], [4, 4], [5, 5], [8, 8], [16, 1]];
@@ -147,5 +148,20 @@ fn a_kernel_that_is_off_by_the_least_step_is_noticed() {
             noticed += u32::from(found != expected);
         }
         assert!(noticed * 4 > seen && seen > 100, "{rasterizer:?}: {noticed} of {seen}");
+    }
+}
+
+/// Further than 16 bits reach (125 px), and back within the region at different times for different quads.
+#[test]
+fn what_moves_fast_is_hit_as_by_scalar_code() {
+    for (speed, radius) in [(130.0, 0.0), (900.0, 5.0), (20_000.0, 30.0)] {
+        let pattern = SamplePattern::new(PatternSpec { samples: [4, 4], tile: 2, ..PatternSpec::default() });
+        let at = |key: usize, i: usize, j: usize| {
+            let time = key as f64 - 0.4;
+            [3.0 + 0.9 * i as f64 + 0.1 * j as f64 + speed * time, 5.0 + 0.8 * j as f64 - 0.3 * speed * time]
+        };
+        let grid = Blurred::from_fn([7, 5], &[0.0, 1.0], at).defocused(radius);
+        let num = compare(&grid, Facing::Any, MovingDraw::ALL_TIMES, &pattern, Region::new(-20, 44, -30, 30));
+        assert!(num > 0 || speed > 10_000.0, "{speed} px: nothing is hit");
     }
 }

@@ -13,7 +13,7 @@ use crate::math::lanes::Lanes;
 use crate::sampling::inside::{HitPoint, Weights};
 use crate::sampling::interleave::rasterize_tuple;
 use crate::sampling::nomotion::{
-    Facing, HitPoints, HitSink, HitsApart, SampleCounts, each_hit, rasterize_triangle,
+    Facing, HitPoints, HitSink, HitsApart, SampleCounts, each_hit, each_hit_apart, rasterize_triangle,
 };
 use crate::sampling::{
     Kernels, Micropolygons, MovingDraw, MovingGrid, Payload, Rasterizer, Record, RegionSamples, SampleBuffer,
@@ -310,11 +310,7 @@ impl HitSink for Sink<'_> {
     #[inline(always)]
     fn hits_apart(&mut self, hits: &HitsApart) {
         if self.opacity.is_some() || self.part.is_some() {
-            for (micropolygon, sample_ix, point, triangle, sign) in hits.iter() {
-                self.begin(micropolygon);
-                self.hit(sample_ix, point, triangle, sign);
-            }
-            return;
+            return each_hit_apart(self, hits);
         }
         let slots = self.slots;
         for (micropolygon, sample_ix, point, triangle, _) in hits.iter() {

@@ -40,10 +40,16 @@ pub trait HitSink {
     /// Takes hits of several micropolygons; what comes after belongs to the last of them.
     #[inline(always)]
     fn hits_apart(&mut self, hits: &HitsApart) {
-        for (micropolygon, sample_ix, point, triangle, sign) in hits.iter() {
-            self.begin(micropolygon);
-            self.hit(sample_ix, point, triangle, sign);
-        }
+        each_hit_apart(self, hits);
+    }
+}
+
+/// [`HitSink::hits_apart`] one by one.
+#[inline(always)]
+pub fn each_hit_apart(sink: &mut (impl HitSink + ?Sized), hits: &HitsApart) {
+    for (micropolygon, sample_ix, point, triangle, sign) in hits.iter() {
+        sink.begin(micropolygon);
+        sink.hit(sample_ix, point, triangle, sign);
     }
 }
 

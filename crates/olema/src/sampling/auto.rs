@@ -18,8 +18,8 @@
 //! cheap: `auto_costs_little_more_than_the_better_one` has the figures.
 //!
 //! The kernels in lanes do other work: Interval's tests all samples in the rows of the box that holds a micropolygon at
-//! all times and lens places, and goes back to scalar code beyond two motion keys; InterleaveUvt's places 16 tuples at
-//! once. For them cost is in nanoseconds, fitted to the bench `kernels` with AVX-512 (docs/performance.md):
+//! all times and lens places, and goes back to scalar code beyond two motion keys; InterleaveUvt's takes 16 quads of
+//! a tuple at once. For them cost is in nanoseconds, fitted to the bench `kernels` with AVX-512 (docs/performance.md):
 //!
 //! ```text
 //! Interval         200 + 2 M pixels of that box

@@ -146,7 +146,7 @@ impl RegionSamples {
 
     /// Place of each sample in its pixel as a pair of 16 bits, and 16 more of any.
     #[inline(always)]
-    pub(crate) fn places(&self) -> &[i32] {
+    pub(super) fn places(&self) -> &[i32] {
         &self.places
     }
 
@@ -165,7 +165,7 @@ impl RegionSamples {
     /// For sample j of a row of pixels what its pixel is right of the first one, in 1/256 px as a pair of 16 bits; for
     /// [`MOST_STEPS_PX`] pixels and 16 samples more.
     #[inline(always)]
-    pub(crate) fn steps(&self) -> &[i32] {
+    pub(super) fn steps(&self) -> &[i32] {
         &self.steps
     }
 

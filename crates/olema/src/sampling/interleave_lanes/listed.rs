@@ -51,7 +51,7 @@ impl OfTuple<'_> {
             let corner = lanes.or(lanes.shl(lanes.and(x, low), 8), lanes.shl(y, 24));
             let place = lanes.or(corner, lanes.splat(pair(self.tuple.x.into(), self.tuple.y.into())));
             let row = lanes.mul(y, lanes.splat(samples.region.width() as i32));
-            let pixel_ix = lanes.add(lanes.add(row, x), lanes.splat(self.frame().pixel_ix));
+            let pixel_ix = lanes.add(lanes.add(row, x), lanes.splat(self.frame.pixel_ix));
             let sample = lanes.mul(pixel_ix, lanes.splat(samples.samples_per_pixel() as i32));
             let sample = lanes.add(sample, lanes.splat(self.stratum));
             let mut quads = [0; LANES];

@@ -110,10 +110,6 @@ impl<'a> OfTuple<'a> {
         }
     }
 
-    pub(super) fn frame(&self) -> &Frame {
-        &self.frame
-    }
-
     #[inline(always)]
     pub(super) fn draw<L: Lanes, S: HitSink>(
         &mut self,
@@ -202,7 +198,7 @@ impl<'a> OfTuple<'a> {
     /// are too many for a vector.
     #[inline(always)]
     fn held<L: Lanes>(&self, lanes: L, [x0, x1, y0, y1]: [i32; 4]) -> Option<Held<L>> {
-        let (region, [ox, oy]) = (self.draw.samples.region, self.frame().offset);
+        let (region, [ox, oy]) = (self.draw.samples.region, self.frame.offset);
         let [x0, y0] = [(x0 + ox).max(0), (y0 + oy).max(0)];
         let [x1, y1] = [(x1 + ox).min(region.width() as i32 - 1), (y1 + oy).min(region.height() as i32 - 1)];
         let corner_x = x0 & -WORD_STEP_PX;
@@ -228,13 +224,13 @@ impl<'a> OfTuple<'a> {
 
     /// Whether none of the pixels `[x0, x1, y0, y1]` is in the region.
     fn misses(&self, [x0, x1, y0, y1]: [i32; 4]) -> bool {
-        let (region, [ox, oy]) = (self.draw.samples.region, self.frame().offset);
+        let (region, [ox, oy]) = (self.draw.samples.region, self.frame.offset);
         x1 + ox < 0 || y1 + oy < 0 || x0 + ox >= region.width() as i32 || y0 + oy >= region.height() as i32
     }
 
     /// Whether no tile that pixels `[x0, x1, y0, y1]` overlap is cut by the border of the region.
     fn is_whole(&self, [x0, x1, y0, y1]: [i32; 4]) -> bool {
-        let (region, [ox, oy]) = (self.draw.samples.region, self.frame().offset);
+        let (region, [ox, oy]) = (self.draw.samples.region, self.frame.offset);
         let k = self.draw.pattern.tile() as i32;
         // In the full frame. A border between tiles cuts none.
         let whole = |first: i32, last: i32, start: i32, end: i32| {
@@ -253,7 +249,7 @@ impl<'a> OfTuple<'a> {
         }
         let least = lanes.min2(lanes.min2(at[0], at[1]), lanes.min2(at[2], at[3]));
         let most = lanes.max2(lanes.max2(at[0], at[1]), lanes.max2(at[2], at[3]));
-        let frame = self.frame();
+        let frame = &self.frame;
         let first_px = lanes.max2(lanes.shr2(least, 8), lanes.splat(frame.first_px));
         let last_px = lanes.shr2(lanes.sub2(most, lanes.splat(ONE)), 8);
         let last_px = lanes.min2(last_px, lanes.splat(frame.last_px));
@@ -278,7 +274,7 @@ impl<'a> OfTuple<'a> {
         let mut counted = boxed.active;
         if is_cut && log > 0 {
             // Tiles that lie in the region as a whole; origins are whole tiles.
-            let frame = self.frame();
+            let frame = &self.frame;
             let whole_first = lanes.add2(lanes.splat(frame.first_px), lanes.splat((k - 1) * ONE));
             let whole_last = lanes.add2(lanes.splat(frame.last_px), one);
             let whole_first = lanes.shr2(whole_first, log);
@@ -382,7 +378,7 @@ impl<'a> OfTuple<'a> {
         lanes.store(pixels.first, &mut first, 0);
         lanes.store(pixels.steps, &mut steps, 0);
         let halves = |v: i32| [i32::from(v as i16), v >> 16];
-        let [ox, oy] = self.frame().offset;
+        let [ox, oy] = self.frame.offset;
         let mut some = pixels.some;
         while some != 0 {
             let lane = some.trailing_zeros() as usize & (LANES - 1);

@@ -219,7 +219,10 @@ impl SampleBuffer {
         hit: Record,
         order: &impl Fn(Payload, Payload) -> Ordering,
     ) -> bool {
-        let nearer = !hit.depth.is_nan() && self.get(sample_ix).is_behind(hit.depth, hit.payload, order);
+        let depth = self.depths[sample_ix];
+        // Not where either is no number. As near is rare, and also the first one although infinitely far.
+        let nearer = hit.depth < depth
+            || (hit.depth == depth && self.get(sample_ix).is_behind(hit.depth, hit.payload, order));
         if nearer {
             self.depths[sample_ix] = hit.depth;
             self.payloads[sample_ix] = hit.payload.0 as i32;

@@ -1,31 +1,33 @@
 //! InterleaveUvt in lanes: 16 micropolygons of a grid at a time, tuple after tuple, exact in 16 bits.
 //!
-//! In: a [`MovingDraw`]. Out: the hits and counts of the scalar twin, [`super::interleave`], in another order. Source:
-//! Fatahalian 2009, section 3.2.2.
+//! In: a [`MovingDraw`]. Out: the hits of the scalar twin, [`super::interleave`], in another order, and its counts but for
+//! tests that are left out. Source: Fatahalian 2009, section 3.2.2.
 //!
 //! ```text
-//! for each tuple
-//!     place    a lane per vertex: where it is, and its depth
-//!     box      a lane per quad: its box, the tiles that it overlaps (counted, not visited), and the pixels whose place for
-//!              the tuple is in it
-//!     find     a lane per quad: such a pixel that holds the tuple (`super::rows`); what it takes to test it is listed
+//! for each tuple that can see a pixel of the region on the part
+//!     place    a lane per vertex: where it is
+//!     find     a lane per quad: the pixels whose place for the tuple is in its box, and of these the ones that hold the
+//!              tuple (`super::rows`); what it takes to test them is listed
 //!     test     a lane per entry of the list (`super::test_lanes`); hits go to the sink
 //! ```
 //!
 //! A tuple is at one place in a tile, but which of its K^2 pixels is up to the tile's permutation. Its place within the
-//! pixel is not. So of the pixels in a box only those count whose place for the tuple is in the box, and of these only
-//! the ones that hold the tuple: no more is listed than has to be tested. Which pixels hold it is 16 rows of 32 pixels
-//! in one vector, looked up without a load, as the quads of a grid are near each other for a given tuple. The other way
-//! round (a lane per tuple, one quad after the other) each vertex was placed four times and every tuple's bits had to be
-//! loaded lane by lane.
+//! pixel is not. So of the pixels in a box only those are looked at whose place for the tuple is in the box, and of these
+//! only the ones that hold the tuple: no more is listed than has to be tested, half of which hits; the twin tests one
+//! sample in every tile that the box overlaps. Which pixels hold it is 16 rows of 32 pixels in one vector, looked up
+//! without a load, as the quads of a grid are near each other for a given tuple. The other way round (a lane per tuple,
+//! one quad after the other) each vertex was placed four times and every tuple's bits had to be loaded lane by lane.
 //!
 //! What moves too far for 16 bits ([`super::packed`]) is placed in 32 and has an origin for each tuple. What is too large
 //! for 16 bits is halved until it is not; a single quad that is, is drawn by the twin.
 
+mod boxes;
 mod listed;
 mod part;
 mod tuple;
 mod wide;
+
+use std::cell::Cell;
 
 use super::draw::MovingDraw;
 use super::interleave;
@@ -33,7 +35,7 @@ use super::nomotion::{HitSink, SampleCounts};
 use super::rows::TupleRows;
 use crate::math::lanes::Lanes;
 use crate::math::simd::{LanesKernel, SimdLevel};
-use part::{Part, Rectangle};
+use part::{OfShape, Part, Rectangle};
 use tuple::{OfTuple, Scratch};
 
 /// Whether the kernel can draw with this pattern and region.
@@ -55,6 +57,19 @@ pub(super) fn rasterize<S: HitSink>(
     level.run_lanes(Kernel { draw, rows, counts, sink });
 }
 
+/// Lists that a draw leaves to the next one of its thread: grids are many and small.
+#[derive(Default)]
+struct Memory {
+    part: Part,
+    micropolygons: [OfShape; 2],
+    scratch: Scratch,
+    rectangles: Vec<Rectangle>,
+}
+
+thread_local! {
+    static MEMORY: Cell<Memory> = Cell::default();
+}
+
 struct Kernel<'a, S> {
     draw: &'a MovingDraw<'a>,
     rows: &'a TupleRows,
@@ -68,8 +83,9 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let Kernel { draw, rows, counts, sink } = self;
-        let (mut part, mut scratch) = (Part::default(), Scratch::default());
-        let mut rectangles = vec![[[0, draw.grid.m], [0, draw.grid.n]]];
+        let mut memory = MEMORY.take();
+        let Memory { part, micropolygons, scratch, rectangles } = &mut memory;
+        rectangles.push([[0, draw.grid.m], [0, draw.grid.n]]);
         while let Some(rectangle) = rectangles.pop() {
             if !part.pack(draw, rectangle) {
                 match halves(rectangle) {
@@ -78,17 +94,18 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
                 }
                 continue;
             }
-            let micropolygons = part.micropolygons(draw, counts);
+            part.micropolygons(draw, counts, micropolygons);
             for of_shape in micropolygons.iter().filter(|of_shape| of_shape.shape.is_some()) {
-                scratch.renew(&part);
+                scratch.renew(part);
                 for (place, &tuple_ix) in draw.pattern.by_time().iter().enumerate() {
                     if draw.has_tuple(tuple_ix) {
-                        let mut tuple = OfTuple::new(draw, rows, &part, of_shape, tuple_ix, place);
-                        tuple.draw(lanes, &mut scratch, counts, sink);
+                        let mut tuple = OfTuple::new(draw, rows, part, of_shape, tuple_ix, place);
+                        tuple.draw(lanes, scratch, counts, sink);
                     }
                 }
             }
         }
+        MEMORY.set(memory);
     }
 }
 

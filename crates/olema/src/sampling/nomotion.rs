@@ -127,7 +127,8 @@ pub fn each_hit<L: Lanes>(
 /// Work done.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SampleCounts {
-    /// Samples tested against a micropolygon.
+    /// Samples tested against a micropolygon. InterleaveUvt in lanes tests only those that are in the micropolygon's box,
+    /// which the paper's algorithm and the scalar twin find out by testing one a tile.
     pub tests: u64,
     /// Tests that hit.
     pub hits: u64,

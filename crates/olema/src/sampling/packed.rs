@@ -79,6 +79,8 @@ pub(super) struct PackedSegment {
     pub is_sharp: bool,
     /// Depths at the first and the second key.
     pub depth: [Vec<f32>; 2],
+    /// How far they are from each other.
+    pub spread: Spread,
     /// What moves too far for 16 bits; the fields above but the depths are not filled then.
     pub wide: Option<Wide>,
 }
@@ -104,7 +106,8 @@ impl PackedSegment {
         vertices: impl Iterator<Item = Range<usize>> + Clone,
         region: &Region,
     ) -> bool {
-        let Some(origin) = origin(grid, segment, vertices.clone()) else { return false };
+        self.spread = Spread::of(grid, segment, vertices.clone());
+        let Some(origin) = self.spread.origin() else { return false };
         let PackedSegment { place, motion, coc, coc_change, depth, .. } = self;
         [&mut *place, &mut *motion, &mut *coc, &mut *coc_change].into_iter().for_each(Vec::clear);
         depth.iter_mut().for_each(Vec::clear);
@@ -135,7 +138,8 @@ impl PackedSegment {
 
     /// Packs a range of vertices that move too far for [`Self::pack`]; whether those of each key fit around an origin.
     fn pack_wide(&mut self, grid: &MovingGrid, segment: usize, vertices: &[Range<usize>]) -> bool {
-        let spread = Spread::of(grid, segment, vertices.iter().cloned());
+        self.spread = Spread::of(grid, segment, vertices.iter().cloned());
+        let spread = &self.spread;
         if spread.most_coc > MOST / 4
             || spread.most_motion >= MOST_WIDE
             || !spread.boxes.iter().all(|extent| spread.is_small(extent, MOST))
@@ -180,40 +184,33 @@ impl PackedSegment {
     }
 }
 
-/// The pixel from which vertices are packed; nothing where they do not fit.
-fn origin(
-    grid: &MovingGrid,
-    segment: usize,
-    vertices: impl Iterator<Item = Range<usize>>,
-) -> Option<[i32; 2]> {
-    let spread = Spread::of(grid, segment, vertices);
-    let mut all = spread.boxes[0];
-    all.add(spread.boxes[1]);
-    // The middle is rounded down by less than 8 pixels.
-    let fits = spread.most_coc <= MOST / 4
-        && spread.most_motion <= MOST
-        && spread.boxes.iter().all(|extent| spread.is_small(extent, MOST))
-        && spread.is_small(&all, 2 * (MOST - 256 * ALIGN));
-    fits.then(|| middle(&all))
-}
-
 /// The pixel around which positions are packed.
 pub(super) fn middle(extent: &Extent) -> [i32; 2] {
     [0, 1].map(|axis| ((extent.least[axis] + extent.most[axis]) >> 9) & -ALIGN)
 }
 
 /// How far vertices are from each other, and how far they move.
-struct Spread {
-    /// Around those of each key.
-    boxes: [Extent; 2],
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spread {
+    /// Around those of each key, in focus.
+    pub boxes: [Extent; 2],
+    /// Least and greatest circle of confusion.
+    coc: [i32; 2],
+    /// The greatest without its sign.
     most_coc: i32,
     most_motion: i32,
+}
+
+impl Default for Spread {
+    fn default() -> Self {
+        Spread { boxes: [Extent::EMPTY; 2], coc: [0; 2], most_coc: 0, most_motion: 0 }
+    }
 }
 
 impl Spread {
     fn of(grid: &MovingGrid, segment: usize, vertices: impl Iterator<Item = Range<usize>>) -> Self {
         let mut boxes = [Extent::EMPTY; 2];
-        let (mut most_coc, mut most_motion) = (0, 0);
+        let (mut coc, mut most_motion) = ([i32::MAX, i32::MIN], 0);
         for range in vertices {
             for (axis, values) in [grid.x, grid.y].into_iter().enumerate() {
                 let [from, to] = grid.ends_of(values, &range, segment);
@@ -225,10 +222,43 @@ impl Spread {
             }
             if !grid.coc.is_empty() {
                 let [c0, c1] = grid.ends_of(grid.coc, &range, segment);
-                most_coc = c0.iter().chain(c1).fold(most_coc, |most, c| most.max(c.abs()));
+                let both = || c0.iter().chain(c1);
+                coc = [
+                    both().fold(coc[0], |least, &c| least.min(c)),
+                    both().fold(coc[1], |most, &c| most.max(c)),
+                ];
+            } else {
+                coc = [0; 2];
             }
         }
-        Spread { boxes, most_coc, most_motion }
+        Spread { boxes, coc, most_coc: coc[0].abs().max(coc[1].abs()), most_motion }
+    }
+
+    /// The pixel from which vertices are packed in 16 bits; nothing where they do not fit.
+    fn origin(&self) -> Option<[i32; 2]> {
+        let mut all = self.boxes[0];
+        all.add(self.boxes[1]);
+        // The middle is rounded down by less than 8 pixels.
+        let fits = self.most_coc <= MOST / 4
+            && self.most_motion <= MOST
+            && self.boxes.iter().all(|extent| self.is_small(extent, MOST))
+            && self.is_small(&all, 2 * (MOST - 256 * ALIGN));
+        fits.then(|| middle(&all))
+    }
+
+    /// A box around the vertices at a time of 0 to 1 of the segment, seen from a place on the lens, in 1/256 px;
+    /// what is rounded included.
+    #[inline(always)]
+    pub fn at(&self, t: f32, lens: [f32; 2]) -> Extent {
+        let [from, to] = &self.boxes;
+        let mut extent = Extent::EMPTY;
+        for (axis, lens) in lens.into_iter().enumerate() {
+            let between = |a: i32, b: i32| f64::from(a) + f64::from(t) * (f64::from(b) - f64::from(a));
+            let [a, b] = self.coc.map(|coc| f64::from(lens) * f64::from(coc));
+            extent.least[axis] = (between(from.least[axis], to.least[axis]) + a.min(b) - 2.0) as i32;
+            extent.most[axis] = (between(from.most[axis], to.most[axis]) + a.max(b) + 2.0) as i32;
+        }
+        extent
     }
 
     /// Whether a box is at most so large, circles of confusion included.

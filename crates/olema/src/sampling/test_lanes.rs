@@ -73,6 +73,99 @@ pub(super) fn depth_between<L: Lanes>(lanes: L, z0: L::F, z1: L::F, t: L::F) -> 
     lanes.lesser(lanes.greater(depth, least), most)
 }
 
+/// What a test finds.
+pub(super) struct Tested<L: Lanes> {
+    /// Lanes in which each triangle is hit.
+    pub hit: [u32; 2],
+    edges: Edges<L>,
+}
+
+/// Edge functions of v1 v0, v1 v2, v2 v0, v3 v2 and v3 v0: these need two turned vertices, not four.
+#[derive(Clone, Copy)]
+struct Edges<L: Lanes> {
+    e10: L::I,
+    e12: L::I,
+    e20: L::I,
+    e32: L::I,
+    e30: L::I,
+}
+
+/// Tests samples at `place` against a micropolygon whose vertices are `at`, in the lanes that are `active`.
+#[inline(always)]
+pub(super) fn test<L: Lanes>(lanes: L, shape: Shape, place: L::I, at: &[L::I; 4], active: u32) -> Tested<L> {
+    let zero = lanes.splat(0);
+    // `array::map` is not inlined.
+    let mut rel = [zero; 4];
+    for corner in 0..4 {
+        rel[corner] = lanes.sub2(at[corner], place);
+    }
+    let (turned0, turned2) = (lanes.turned(rel[0]), lanes.turned(rel[2]));
+    let edges = Edges {
+        e10: lanes.dot2(rel[1], turned0),
+        e12: lanes.dot2(rel[1], turned2),
+        e20: lanes.dot2(rel[2], turned0),
+        e32: lanes.dot2(rel[3], turned2),
+        e30: lanes.dot2(rel[3], turned0),
+    };
+    let on = lanes.either(lanes.eq(edges.e10, zero), lanes.eq(edges.e12, zero));
+    let on = lanes.either(on, lanes.eq(edges.e20, zero));
+    let on = lanes.either(on, lanes.either(lanes.eq(edges.e32, zero), lanes.eq(edges.e30, zero)));
+    let is_on_an_edge = lanes.bits(on) & active != 0;
+    let hit = if is_on_an_edge {
+        edges.hit_perturbed(lanes, at, shape.facing)
+    } else {
+        edges.hit(lanes, shape.facing)
+    };
+    Tested { hit: [hit[0] & active & shape.triangles[0], hit[1] & active & shape.triangles[1]], edges }
+}
+
+impl<L: Lanes> Edges<L> {
+    /// Where each triangle is hit, if no edge function is 0; then one that is hit has an area.
+    #[inline(always)]
+    fn hit(&self, lanes: L, facing: Facing) -> [u32; 2] {
+        let Edges { e10, e12, e20, e32, e30 } = *self;
+        // In the sign bits: e01, e12 and e20 are alike; e23, e30 and e02 are.
+        let first = lanes.and(lanes.xor(e10, e12), lanes.not(lanes.xor(e12, e20)));
+        let second = lanes.and(lanes.xor(e32, e30), lanes.xor(e30, e20));
+        let zero = lanes.splat(0);
+        let (first, second) = match facing {
+            Facing::Any => (first, second),
+            Facing::Only(side) if side > 0 => {
+                (lanes.and(first, lanes.not(e12)), lanes.and(second, lanes.not(e30)))
+            }
+            Facing::Only(_) => (lanes.and(first, e12), lanes.and(second, e30)),
+        };
+        [lanes.bits(lanes.gt(zero, first)), lanes.bits(lanes.gt(zero, second))]
+    }
+
+    /// Where each triangle is hit.
+    #[inline(always)]
+    fn hit_perturbed(&self, lanes: L, at: &[L::I; 4], facing: Facing) -> [u32; 2] {
+        // What decides where a sample is on an edge: y, then against x (see `inside`).
+        let mut key = [lanes.splat(0); 4];
+        for (key, &at) in key.iter_mut().zip(at) {
+            *key = lanes.xor(at, lanes.splat(0x7fff));
+        }
+        let n10 = below(lanes, self.e10, key[1], key[0]);
+        let n12 = below(lanes, self.e12, key[1], key[2]);
+        let n20 = below(lanes, self.e20, key[2], key[0]);
+        let n32 = below(lanes, self.e32, key[3], key[2]);
+        let n30 = below(lanes, self.e30, key[3], key[0]);
+        let area = self.areas(lanes);
+        [
+            (n10 ^ n12) & !(n12 ^ n20) & shown(lanes, area[0], facing),
+            (n32 ^ n30) & (n30 ^ n20) & shown(lanes, area[1], facing),
+        ]
+    }
+
+    /// Twice the area of each triangle.
+    #[inline(always)]
+    fn areas(&self, lanes: L) -> [L::I; 2] {
+        let first = lanes.sub(lanes.add(self.e12, self.e20), self.e10);
+        [first, lanes.sub(lanes.sub(self.e30, self.e32), self.e20)]
+    }
+}
+
 /// Where the perturbed sign of an edge function is negative; the edge runs between vertices with these keys.
 #[inline(always)]
 fn below<L: Lanes>(lanes: L, e: L::I, from: L::I, to: L::I) -> u32 {
@@ -93,58 +186,17 @@ fn shown<L: Lanes>(lanes: L, area: L::I, facing: Facing) -> u32 {
     }
 }
 
-/// What a test finds.
-pub(super) struct Tested<L: Lanes> {
-    /// Lanes in which each triangle is hit.
-    pub hit: [u32; 2],
-    /// Edge functions that are weights of depth: of v0 v1, v2 v0 and v3 v0.
-    e01: L::I,
-    e20: L::I,
-    e30: L::I,
-    area: [L::I; 2],
-}
-
-/// Tests samples at `place` against a micropolygon whose vertices are `at`, in the lanes that are `active`.
-#[inline(always)]
-pub(super) fn test<L: Lanes>(lanes: L, shape: Shape, place: L::I, at: &[L::I; 4], active: u32) -> Tested<L> {
-    let zero = lanes.splat(0);
-    // `array::map` is not inlined.
-    let (mut rel, mut turned, mut key) = ([zero; 4], [zero; 4], [zero; 4]);
-    for corner in 0..4 {
-        rel[corner] = lanes.sub2(at[corner], place);
-        turned[corner] = lanes.turned(rel[corner]);
-        // What decides where a sample is on an edge: y, then against x (see `inside`).
-        key[corner] = lanes.xor(at[corner], lanes.splat(0x7fff));
-    }
-    let e01 = lanes.dot2(rel[0], turned[1]);
-    let e12 = lanes.dot2(rel[1], turned[2]);
-    let e20 = lanes.dot2(rel[2], turned[0]);
-    let e23 = lanes.dot2(rel[2], turned[3]);
-    let e30 = lanes.dot2(rel[3], turned[0]);
-    let n01 = below(lanes, e01, key[0], key[1]);
-    let n12 = below(lanes, e12, key[1], key[2]);
-    let n20 = below(lanes, e20, key[2], key[0]);
-    let n23 = below(lanes, e23, key[2], key[3]);
-    let n30 = below(lanes, e30, key[3], key[0]);
-    let area0 = lanes.add(lanes.add(e01, e12), e20);
-    let area1 = lanes.sub(lanes.add(e23, e30), e20);
-    let facing = shape.facing;
-    let hit = [
-        active & shape.triangles[0] & !((n01 ^ n12) | (n12 ^ n20)) & shown(lanes, area0, facing),
-        active & shape.triangles[1] & !((n23 ^ n30) | (n30 ^ !n20)) & shown(lanes, area1, facing),
-    ];
-    Tested { hit, e01, e20, e30, area: [area0, area1] }
-}
-
 impl<L: Lanes> Tested<L> {
     /// The points that are hit, and bits of those that are seen from side -1: of the first triangle in the lanes `first`,
     /// else of the second; the vertices are at depths `z`.
     #[inline(always)]
     pub fn points(&self, lanes: L, z: [L::F; 4], first: u32) -> (HitPoints<L>, u32) {
         let (zero, first) = (lanes.splat(0), lanes.mask(first));
-        let w1 = lanes.select(first, self.e20, self.e30);
-        let w2 = lanes.select(first, self.e01, lanes.sub(zero, self.e20));
-        let area = lanes.select(first, self.area[0], self.area[1]);
+        let Edges { e10, e20, e30, .. } = self.edges;
+        let areas = self.edges.areas(lanes);
+        let w1 = lanes.select(first, e20, e30);
+        let w2 = lanes.sub(zero, lanes.select(first, e10, e20));
+        let area = lanes.select(first, areas[0], areas[1]);
         let (za, zb) = (lanes.select_f(first, z[1], z[2]), lanes.select_f(first, z[2], z[3]));
         let upper = upper_weights(lanes, w1, w2, lanes.div_f(lanes.splat_f(1.0), lanes.to_f(area)));
         let depth = plane(lanes, upper, [z[0], za, zb]);

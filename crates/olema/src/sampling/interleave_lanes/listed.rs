@@ -4,23 +4,36 @@ use super::tuple::{OfTuple, Scratch};
 use crate::math::lanes::{Lanes, pair};
 use crate::math::simd::LANES;
 use crate::sampling::nomotion::{HitSink, HitsApart, SampleCounts};
-use crate::sampling::test_lanes::test;
-
-const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
-
-/// Room of [`Listed`].
-pub(super) const MOST_LISTED: usize = 64;
+use crate::sampling::test_lanes::{depth_between, test};
 
 /// Samples to test.
+#[derive(Default)]
 pub(super) struct Listed {
     pub(super) len: usize,
-    /// First vertex of the quad in the upper half, the pixel's y and x from the origin in a byte each.
-    pub(super) entries: [i32; MOST_LISTED],
+    /// First vertex of the quad in the upper half, the pixel's y and x from the origin in a byte each. With room for a
+    /// vector.
+    entries: Vec<i32>,
 }
 
-impl Default for Listed {
-    fn default() -> Self {
-        Listed { len: 0, entries: [0; MOST_LISTED] }
+impl Listed {
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self) {
+        self.entries.resize(2 * (self.len + 2 * LANES), 0);
+    }
+
+    /// Lists pixels to test quads with, in the lanes `found`.
+    #[inline(always)]
+    pub(super) fn add<L: Lanes>(&mut self, lanes: L, quad: L::I, pixel: L::I, found: u32) {
+        let x = lanes.and(pixel, lanes.splat(0xff));
+        let y = lanes.and(lanes.shr(pixel, 8), lanes.splat(0xff00));
+        let entry = lanes.or(lanes.shl(quad, 16), lanes.or(x, y));
+        // One for these, and one for the last that are loaded.
+        if self.entries.len() < self.len + 2 * LANES {
+            self.grow();
+        }
+        lanes.store(lanes.compress(entry, lanes.mask(found)), &mut self.entries, self.len);
+        self.len += found.count_ones() as usize;
     }
 }
 
@@ -35,12 +48,13 @@ impl OfTuple<'_> {
         sink: &mut S,
     ) {
         let Some(shape) = self.of_shape.shape else { return };
-        let Scratch { at, depth, listed, .. } = scratch;
+        let Scratch { at, listed, .. } = scratch;
+        counts.tests += listed.len as u64;
         // Those of each corner are as many as of the others, so that a quad is checked once.
         let (num, [c0, c1, c2, c3]) = (self.part.num, self.of_shape.corners);
         let (a0, a1, a2, a3) = (&at[c0..][..num], &at[c1..][..num], &at[c2..][..num], &at[c3..][..num]);
-        let (z0, z1, z2, z3) =
-            (&depth[c0..][..num], &depth[c1..][..num], &depth[c2..][..num], &depth[c3..][..num]);
+        let [from, to] = &self.segment.depth;
+        let t = lanes.splat_f(f32::from(self.time.t15) * (1.0 / 32_768.0));
         let samples = self.draw.samples;
         let low = lanes.splat(0xff);
         for first in (0..listed.len).step_by(LANES) {
@@ -74,16 +88,18 @@ impl OfTuple<'_> {
                 continue;
             }
             counts.hits += u64::from(hit.count_ones());
-            let (mut z, mut micropolygons, mut sample_ix) = ([[0.0; LANES]; 4], [0; LANES], [0; LANES]);
+            let (mut z, mut micropolygons, mut sample_ix) = ([[[0.0; LANES]; 2]; 4], [0; LANES], [0; LANES]);
             lanes.store(sample, &mut sample_ix, 0);
             for lane in bits(hit) {
                 let quad = quads[lane] as usize;
-                (z[0][lane], z[1][lane], z[2][lane], z[3][lane]) = (z0[quad], z1[quad], z2[quad], z3[quad]);
+                for (z, corner) in z.iter_mut().zip(self.of_shape.corners) {
+                    (z[0][lane], z[1][lane]) = (from[quad + corner], to[quad + corner]);
+                }
                 micropolygons[lane] = self.part.quads[quad];
             }
             let mut z_lanes = [lanes.splat_f(0.0); 4];
-            for (lanes_of, z) in z_lanes.iter_mut().zip(&z) {
-                *lanes_of = lanes.load_f(z, 0);
+            for (at, [z0, z1]) in z_lanes.iter_mut().zip(&z) {
+                *at = depth_between(lanes, lanes.load_f(z0, 0), lanes.load_f(z1, 0), t);
             }
             // Where both triangles of a folded quad are hit, the second is for another turn.
             let mut turn = [tested.hit[0], tested.hit[1] & !tested.hit[0]];
@@ -105,17 +121,6 @@ impl OfTuple<'_> {
         }
         listed.len = 0;
     }
-}
-
-/// Lists pixels of the quads from vertex `first` on, in the lanes `found`.
-#[inline(always)]
-pub(super) fn list<L: Lanes>(lanes: L, first: usize, pixel: L::I, found: u32, listed: &mut Listed) {
-    let quad = lanes.add(lanes.load(&NUMBERS, 0), lanes.splat(first as i32));
-    let x = lanes.and(pixel, lanes.splat(0xff));
-    let y = lanes.and(lanes.shr(pixel, 8), lanes.splat(0xff00));
-    let entry = lanes.or(lanes.shl(quad, 16), lanes.or(x, y));
-    lanes.store(lanes.compress(entry, lanes.mask(found)), &mut listed.entries, listed.len);
-    listed.len += found.count_ones() as usize;
 }
 
 /// Numbers of the bits that are set, of 16.

@@ -46,17 +46,25 @@ impl Part {
     }
 
     /// The micropolygons that may be hit, of each shape.
-    pub(super) fn micropolygons(&self, draw: &MovingDraw, counts: &mut SampleCounts) -> [OfShape; 2] {
-        let mut of_shapes = [OfShape::default(), OfShape::default()];
+    pub(super) fn micropolygons(
+        &self,
+        draw: &MovingDraw,
+        counts: &mut SampleCounts,
+        of_shapes: &mut [OfShape; 2],
+    ) {
+        for of_shape in of_shapes.iter_mut() {
+            of_shape.shape = None;
+            of_shape.some.clear();
+        }
         let step = self.m + 1;
         let firsts = (0..self.num / step - 1).flat_map(|row| row * step..row * step + self.m);
         if draw.facing == Facing::Any && draw.skip.is_none() && draw.micropolygons == Micropolygons::Quads {
-            let [all, _] = &mut of_shapes;
+            let [all, _] = of_shapes;
             all.shape = Some(Shape::whole(Facing::Any));
             all.corners = [0, 1, step + 1, step];
             all.some.resize(self.num.div_ceil(LANES), 0);
             firsts.for_each(|first| all.some[first / LANES] |= 1 << (first % LANES));
-            return of_shapes;
+            return;
         }
         for first in firsts {
             let quad = self.quads[first] as usize;
@@ -73,7 +81,6 @@ impl Part {
                 of_shape.add(draw, &micropolygon, corners, [first, step]);
             }
         }
-        of_shapes
     }
 }
 

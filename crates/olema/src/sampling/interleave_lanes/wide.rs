@@ -7,49 +7,30 @@ use crate::sampling::moving::Extent;
 use crate::sampling::packed::{Frame, Wide, middle};
 
 impl OfTuple<'_> {
-    /// Places the vertices, and with them the frame; least and greatest of the positions.
+    /// Places the vertices, which are within `extent`, and the frame with them.
     #[inline(always)]
     pub(super) fn place_wide<L: Lanes>(
         &mut self,
         lanes: L,
         wide: &Wide,
+        extent: &Extent,
         scratch: &mut Scratch,
-    ) -> (L::I, L::I) {
-        let Scratch { at, wide: [x, y], .. } = scratch;
+    ) {
+        let origin = middle(extent);
+        self.frame = Frame::new(origin, &self.draw.samples.region);
+        let [ox, oy] = [lanes.splat(origin[0] * 256), lanes.splat(origin[1] * 256)];
         let len = self.part.num.next_multiple_of(LANES);
         let time = lanes.splat(self.time.t15.into());
         let [u, v] = [lanes.splat(self.tuple.u15.into()), lanes.splat(self.tuple.v15.into())];
-        let (high, low) = (lanes.splat(i32::MAX), lanes.splat(i32::MIN));
-        let (mut least, mut most) = ([high; 2], [low; 2]);
         for first in (0..len).step_by(LANES) {
             let mut at = [between(lanes, &wide.x, first, time), between(lanes, &wide.y, first, time)];
             if !self.segment.is_sharp {
                 let coc = between(lanes, &wide.coc, first, time);
                 at = [lanes.add(at[0], scaled(lanes, u, coc)), lanes.add(at[1], scaled(lanes, v, coc))];
             }
-            lanes.store(at[0], x, first);
-            lanes.store(at[1], y, first);
-            for axis in 0..2 {
-                least[axis] = lanes.select(lanes.gt(least[axis], at[axis]), at[axis], least[axis]);
-                most[axis] = lanes.select(lanes.gt(at[axis], most[axis]), at[axis], most[axis]);
-            }
+            let packed = packed(lanes, lanes.sub(at[0], ox), lanes.sub(at[1], oy));
+            lanes.store(packed, &mut scratch.at, first);
         }
-        let extent = Extent {
-            least: [lanes.least(least[0]), lanes.least(least[1])],
-            most: [lanes.greatest(most[0]), lanes.greatest(most[1])],
-        };
-        let origin = middle(&extent);
-        self.frame = Frame::new(origin, &self.draw.samples.region);
-        let [ox, oy] = [lanes.splat(origin[0] * 256), lanes.splat(origin[1] * 256)];
-        for first in (0..len).step_by(LANES) {
-            let packed =
-                packed(lanes, lanes.sub(lanes.load(x, first), ox), lanes.sub(lanes.load(y, first), oy));
-            lanes.store(packed, at, first);
-        }
-        (
-            packed(lanes, lanes.sub(least[0], ox), lanes.sub(least[1], oy)),
-            packed(lanes, lanes.sub(most[0], ox), lanes.sub(most[1], oy)),
-        )
     }
 }
 

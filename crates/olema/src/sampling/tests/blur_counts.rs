@@ -1,4 +1,4 @@
-use super::blurred::{Blurred, How, NoHits, with};
+use super::blurred::{Blurred, How, NoHits, scalar};
 use crate::sampling::{Micropolygons, Rasterizer, Region, RegionSamples, SamplePattern};
 
 const RASTERIZERS: [Rasterizer; 4] =
@@ -15,7 +15,7 @@ fn tests(from: [f64; 2], to: [f64; 2], coc: f64, micropolygons: Micropolygons) -
     RASTERIZERS.map(|rasterizer| {
         let pattern = four(if rasterizer == Rasterizer::Simple { 1 } else { 2 });
         let samples = RegionSamples::new(&pattern, Region::new(-8, 8, -8, 8));
-        grid.draw(How { micropolygons, ..with(rasterizer) }, &pattern, &samples, &mut NoHits).tests
+        grid.draw(How { micropolygons, ..scalar(rasterizer) }, &pattern, &samples, &mut NoHits).tests
     })
 }
 

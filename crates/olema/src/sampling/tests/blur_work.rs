@@ -1,4 +1,4 @@
-use super::blurred::{Blurred, How, NoHits, with};
+use super::blurred::{Blurred, How, NoHits, scalar};
 use crate::sampling::auto::{INTERLEAVE_OPS, INTERVAL_OPS};
 use crate::sampling::hash::Stream;
 use crate::sampling::nomotion::SampleCounts;
@@ -68,7 +68,7 @@ fn ste(
             [x + i * a[0] + j * b[0] + far * way.1, y + i * a[1] + j * b[1] + far * way.0]
         });
         let grid = if focus > 0.0 { grid.defocused(focus) } else { grid };
-        let how = How { micropolygons: Micropolygons::Triangles, ..with(rasterizer) };
+        let how = How { micropolygons: Micropolygons::Triangles, ..scalar(rasterizer) };
         counts.add(grid.draw(how, pattern, &samples, &mut NoHits));
     }
     counts.ste()

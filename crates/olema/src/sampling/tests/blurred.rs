@@ -90,6 +90,11 @@ pub fn with(rasterizer: Rasterizer) -> How {
     How { rasterizer, facing: Facing::Any, micropolygons: Micropolygons::Quads, kernels: Kernels::default() }
 }
 
+/// As [`with`], in scalar code: the paper's algorithm, whose tests are counted.
+pub fn scalar(rasterizer: Rasterizer) -> How {
+    How { kernels: Kernels::Scalar, ..with(rasterizer) }
+}
+
 /// All that is known of a hit: quad, sample, triangle, bits of the depth, sign, weights.
 pub type FullHit = (u32, usize, u8, u32, i8, u32);
 

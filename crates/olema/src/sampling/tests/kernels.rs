@@ -1,4 +1,5 @@
-//! Kernels in lanes against their scalar twins: the same hits and the same counts, at every level.
+//! Kernels in lanes against their scalar twins: the same hits at every level, and the same counts, but for the tests that
+//! InterleaveUvt leaves out.
 
 use proptest::prelude::*;
 
@@ -49,7 +50,11 @@ fn compare(
                 let how = How { kernels: Kernels::Lanes(level), ..how };
                 let found = work(grid, how, times, pattern, &samples);
                 let (m, k) = (pattern.samples_per_pixel(), pattern.tile());
-                assert_eq!(found.1, expected.1, "{how:?}, M = {m}, K = {k}, {region:?}");
+                let leaves_out = rasterizer == Rasterizer::InterleaveUvt
+                    && (found.1.hits..=expected.1.tests).contains(&found.1.tests);
+                let tests = if leaves_out { found.1.tests } else { expected.1.tests };
+                let expected_counts = SampleCounts { tests, ..expected.1 };
+                assert_eq!(found.1, expected_counts, "{how:?}, M = {m}, K = {k}, {region:?}");
                 assert!(found.0 == expected.0, "hits: {how:?}, M = {m}, K = {k}, {region:?}");
             }
         }
@@ -145,7 +150,7 @@ fn a_kernel_that_is_off_by_the_least_step_is_noticed() {
             grid.x[0] += 1;
             let found = of(&grid, Kernels::default());
             seen += u32::from(!expected.0.is_empty());
-            noticed += u32::from(found != expected);
+            noticed += u32::from(found.0 != expected.0);
         }
         assert!(noticed * 4 > seen && seen > 100, "{rasterizer:?}: {noticed} of {seen}");
     }

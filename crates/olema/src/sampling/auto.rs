@@ -68,16 +68,20 @@ pub fn choose(draw: &MovingDraw) -> Rasterizer {
 
 /// Expected costs, mean over the grid's quads.
 pub fn estimate(draw: &MovingDraw) -> Estimate {
-    let cells = Cells::of(draw.pattern);
+    let is_in_lanes = matches!(draw.kernels, Kernels::Lanes(_));
+    // Only the scalar code's Interval bounds strata.
+    let cells = (!is_in_lanes).then(|| Cells::of(draw.pattern));
     let k = f64::from(draw.pattern.tile());
     let (mut interval_tests, mut interleave_tests, mut boxes) = (0.0, 0.0, 0.0);
     let probes = Probes::of(&draw.grid);
     for corners in (0..probes.num).map(|probe| probes.corners(&draw.grid, probe)) {
         for path in paths(&draw.grid, corners) {
             let seen = path.share_within(&draw.samples.region) * path.duration;
-            interval_tests += seen * path.pixels_of_stratum(&cells);
             interleave_tests += seen * path.tiles(k);
-            boxes += path.pixels_in_all(&draw.samples.region);
+            match &cells {
+                Some(cells) => interval_tests += seen * path.pixels_of_stratum(cells),
+                None => boxes += path.pixels_in_all(&draw.samples.region),
+            }
         }
     }
     let m = f64::from(draw.pattern.samples_per_pixel());
@@ -87,7 +91,7 @@ pub fn estimate(draw: &MovingDraw) -> Estimate {
     let [first, last] = draw.times.map(f64::from);
     let part = ((last + 1.0 - first) / 32_768.0).clamp(0.0, 1.0);
     let fits = draw.pattern.tile() <= MAX_TILE;
-    if matches!(draw.kernels, Kernels::Lanes(_)) {
+    if is_in_lanes {
         let interval = INTERVAL_NS[0] + INTERVAL_NS[1] * m * mean(boxes);
         let interval = if draw.grid.num_keys() > 2 { SCALAR * interval } else { interval };
         let interleave = num_tuples * (INTERLEAVE_NS[0] * part + INTERLEAVE_NS[1] * mean(interleave_tests));

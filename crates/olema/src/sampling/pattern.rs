@@ -29,6 +29,7 @@ use super::hash::{Permutation, hash, unit};
 use super::lens::LensShape;
 use super::shutter::ShutterShape;
 use super::sobol::scrambled_order;
+use crate::math::lanes::pair;
 use super::strata::{P, Q, Strata, T, X, Y, positions_of_cell};
 
 /// What a pattern is made from.
@@ -128,7 +129,15 @@ pub struct SamplePattern {
     bounds: Vec<StratumBounds>,
     permutations: Permutations,
     by_time: Vec<u32>,
+    /// Samples of the pixels of a tile under each set, at ((set * K^2 + pixel) * M + j); none where they are too many.
+    laid: Vec<Laid>,
 }
+
+/// A sample of a pixel: its tuple, and the place in the pixel as a pair of 16 bits.
+pub(super) type Laid = (u32, i32);
+
+/// Samples of pixels that are laid out at most (512 KiB).
+const MOST_LAID: u64 = 1 << 16;
 
 /// Entries up to which permutations are stored instead of computed (1 MiB in both directions together).
 const STORED: u64 = 1 << 18;
@@ -163,11 +172,17 @@ impl SamplePattern {
         let bounds = tuples.chunks(num_ranks as usize).map(bounds_of).collect();
         let mut by_time: Vec<u32> = (0..tuples.len() as u32).collect();
         by_time.sort_by_key(|&ix| (tuples[ix as usize].t15, ix));
-        let mut pattern =
-            SamplePattern { spec, strata, tuples, bounds, permutations: Permutations::Computed, by_time };
+        let permutations = Permutations::Computed;
+        let laid = Vec::new();
+        let mut pattern = SamplePattern { spec, strata, tuples, bounds, permutations, by_time, laid };
         let num_entries = u64::from(pattern.spec.permutations) * pattern.tuples.len() as u64;
         if num_entries <= STORED {
             pattern.permutations = Permutations::Stored(pattern.all_permutations());
+        }
+        if num_entries <= MOST_LAID {
+            let pixels = (0..pattern.spec.permutations)
+                .flat_map(|set| (0..pattern.num_ranks()).map(move |pixel| [set, pixel]));
+            pattern.laid = pixels.flat_map(|[set, pixel]| pattern.lay_out(set, pixel)).collect();
         }
         pattern
     }
@@ -256,6 +271,25 @@ impl SamplePattern {
     pub fn position(&self, px: i32, py: i32, j: u32) -> (i32, i32) {
         let tuple = self.tuples[self.tuple_at(px, py, j) as usize];
         (px * 256 + i32::from(tuple.x), py * 256 + i32::from(tuple.y))
+    }
+
+    /// Calls `each` with the samples of a pixel of a tile under a set, in order.
+    #[inline(always)]
+    pub(super) fn each_of_pixel(&self, set: u32, pixel: u32, each: impl FnMut(Laid)) {
+        let num = self.samples_per_pixel() as usize;
+        let first = (set * self.num_ranks() + pixel) as usize * num;
+        match self.laid.get(first..first + num) {
+            Some(laid) => laid.iter().copied().for_each(each),
+            None => self.lay_out(set, pixel).for_each(each),
+        }
+    }
+
+    fn lay_out(&self, set: u32, pixel: u32) -> impl Iterator<Item = Laid> {
+        (0..self.samples_per_pixel()).map(move |stratum| {
+            let ix = stratum * self.num_ranks() + self.rank_of_pixel(set, stratum, pixel);
+            let Tuple { x, y, .. } = self.tuples[ix as usize];
+            (ix, pair(x.into(), y.into()))
+        })
     }
 
     #[inline(always)]

@@ -128,7 +128,7 @@ impl<'a> TileWorker<'a> {
             Ok(()) => {
                 let watch = Stopwatch::new(self.hooks);
                 let mut pixels = Vec::with_capacity(interior.num_pixels());
-                self.colors.filter(&self.frame.filter, &self.buffers.samples, interior, &mut pixels);
+                self.colors.resolve(&self.buffers, &self.frame.filter, interior, &mut pixels);
                 self.finish(&mut pixels);
                 self.stats.seconds.resolve += watch.seconds();
                 Ok(pixels)
@@ -183,9 +183,6 @@ impl<'a> TileWorker<'a> {
             self.stats.peels += 1;
         }
         self.shade_used();
-        let watch = Stopwatch::new(self.hooks);
-        self.colors.composite_opaque(&self.buffers);
-        self.stats.seconds.resolve += watch.seconds();
         let counts = self.buffers.counts;
         self.stats.sample_tests += counts.tests;
         self.stats.sample_hits += counts.hits;
@@ -387,6 +384,9 @@ impl<'a> TileWorker<'a> {
     /// Background, then exposure.
     fn finish(&self, pixels: &mut [Pixel]) {
         let settings = self.frame.settings;
+        if settings.background.is_none() && settings.exposure == [1.0; 2] {
+            return;
+        }
         for pixel in pixels {
             let [r, g, b, a, z] = *pixel;
             let [r, g, b, a] =

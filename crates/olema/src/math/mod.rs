@@ -193,6 +193,12 @@ impl Vec3s {
         self.axes_mut().into_iter().for_each(|all| all[before..].fill(0.0));
     }
 
+    /// Makes it `len` long, with anything in it.
+    pub fn set_len(&mut self, len: usize) {
+        self.grow(len);
+        self.len = len;
+    }
+
     /// Makes it at least `len` long.
     pub fn make_room(&mut self, len: usize) {
         if self.len < len {

@@ -5,8 +5,11 @@
 //! again, and a sample of a blurred surface costs what one of a still surface does. Every sum runs over rows, columns and
 //! samples in this order, whatever the tile, so that a pixel has the same bits in every tiling.
 
+use glam::Vec4;
+
 use crate::image::Filter;
-use crate::sampling::{Record, Region, RegionSamples, SamplePattern};
+use crate::sampling::inside::Weights;
+use crate::sampling::{Payload, Record, Region, RegionSamples, SamplePattern};
 use crate::scene::ShadingInterpolation;
 
 use super::grid::{Grid, triangles};
@@ -74,46 +77,59 @@ impl SampleColors {
             self.in_front.resize(samples.len(), SampleColor::EMPTY);
         }
         for record in records {
-            let Some(surface) = slots.surface(record.hit.payload) else { continue };
-            used.insert(surface.0, record.hit.payload);
-            let (color, opacity) = surface_at(surface, &record.hit);
-            self.in_front[record.sample_ix as usize].behind(color, opacity, record.hit.depth);
+            let Some((grid, colors)) = slots.surface(record.hit.payload) else { continue };
+            used.insert(grid, record.hit.payload);
+            let color = SlotColors::of(Some((grid, colors))).at(record.hit.payload, record.hit.weights);
+            let opacity = &colors.opacity;
+            let opacity = if opacity.is_empty() { [1.0; 3] } else { mix(grid, opacity.axes(), &record.hit) };
+            let sample = &mut self.in_front[record.sample_ix as usize];
+            sample.behind(color.truncate().to_array(), opacity, record.hit.depth);
         }
     }
 
+    /// The pixels of `interior`, once all passes are composited: the nearest opaque surfaces are put behind everything,
+    /// and samples are filtered.
+    pub fn resolve(
+        &mut self,
+        buffers: &TileBuffers,
+        table: &FilterTable,
+        interior: Region,
+        pixels: &mut Vec<Pixel>,
+    ) {
+        let looked_up: Vec<SlotColors> = buffers.slots.surfaces().map(SlotColors::of).collect();
+        if self.in_front.is_empty() && table.is_mean {
+            return mean_pixels(buffers, &looked_up, interior, pixels);
+        }
+        self.composite_opaque(buffers, &looked_up);
+        self.filter(table, &buffers.samples, interior, pixels);
+    }
+
     /// Puts the nearest opaque surfaces behind everything.
-    pub fn composite_opaque(&mut self, buffers: &TileBuffers) {
+    fn composite_opaque(&mut self, buffers: &TileBuffers, looked_up: &[SlotColors]) {
         self.rgba.clear();
         self.depth.clear();
         self.depth.extend_from_slice(buffers.nearest.depths());
-        // Samples next to each other are mostly of one grid.
-        let mut last: Option<(u32, Option<(&Grid, &Colors)>)> = None;
         let opaque = buffers.nearest.records().map(|record| {
             if record.is_none() {
-                return (SampleColor::EMPTY.color, [0.0; 3]);
+                return Vec4::ZERO;
             }
-            let slot = record.payload.slot();
-            let surface = match last {
-                Some((known, surface)) if known == slot => surface,
-                _ => buffers.slots.surface(record.payload),
-            };
-            last = Some((slot, surface));
-            surface.map_or(([0.0; 3], [0.0; 3]), |surface| (color_at(surface, &record), opacity(surface.0)))
+            let slot = &looked_up[record.payload.slot() as usize];
+            slot.at(record.payload, record.weights).with_w(slot.covers as f32)
         });
         if self.in_front.is_empty() {
-            self.rgba.extend(opaque.map(|([r, g, b], opacity)| [r, g, b, opacity[0]]));
+            self.rgba.extend(opaque.map(|rgba| rgba.to_array()));
             return;
         }
         let samples = self.in_front.iter_mut().zip(opaque).zip(&mut self.depth);
-        self.rgba.extend(samples.map(|((sample, (color, opacity)), depth)| {
-            sample.behind(color, opacity, *depth);
+        self.rgba.extend(samples.map(|((sample, rgba), depth)| {
+            sample.behind(rgba.truncate().to_array(), [rgba.w; 3], *depth);
             *depth = sample.depth;
             sample.rgba()
         }));
     }
 
     /// Filters the pixels of `interior`, which lie in the larger region of `samples`.
-    pub fn filter(
+    fn filter(
         &self,
         table: &FilterTable,
         samples: &RegionSamples,
@@ -132,42 +148,101 @@ impl SampleColors {
     }
 }
 
-/// Opacity of an opaque surface. A hole hides what is behind it and is nothing itself.
-#[inline(always)]
-fn opacity(grid: &Grid) -> [f32; 3] {
-    if grid.look.matte { [0.0; 3] } else { [1.0; 3] }
+/// Pixels of a filter that counts a pixel's own samples alike, where nothing transparent is in front: the same sums as
+/// [`Filtered::pixels`], without a list of colours in between.
+fn mean_pixels(
+    buffers: &TileBuffers,
+    looked_up: &[SlotColors],
+    interior: Region,
+    pixels: &mut Vec<Pixel>,
+) {
+    let nearest = &buffers.nearest;
+    let per_pixel = nearest.samples_per_pixel();
+    let scale = 1.0 / per_pixel as f32;
+    for py in interior.y0..interior.y1 {
+        let first = nearest.region().pixel_ix(interior.x0, py) * per_pixel;
+        let row = first..first + interior.width() * per_pixel;
+        let (depths, payloads, weights) = nearest.lists(row);
+        let samples = payloads.chunks_exact(per_pixel).zip(weights.chunks_exact(per_pixel));
+        pixels.extend(samples.zip(depths.chunks_exact(per_pixel)).map(|((payloads, weights), depths)| {
+            let (mut sum, mut covered) = (Vec4::ZERO, 0);
+            for (&payload, &weights) in payloads.iter().zip(weights) {
+                let payload = Payload(payload as u32);
+                // Nothing adds nothing.
+                if payload != Payload::NONE {
+                    let slot = &looked_up[payload.slot() as usize];
+                    sum += slot.at(payload, Weights(weights as u32));
+                    covered += slot.covers;
+                }
+            }
+            let [r, g, b, _] = (sum * scale).to_array();
+            [r, g, b, covered as f32 * scale, least(depths)]
+        }));
+    }
 }
 
-/// Colour and opacity of a surface where it was hit.
-fn surface_at((grid, colors): (&Grid, &Colors), hit: &Record) -> ([f32; 3], [f32; 3]) {
-    let opacity = &colors.opacity;
-    let opacity = if opacity.is_empty() { [1.0; 3] } else { mix(grid, opacity.axes(), hit) };
-    (color_at((grid, colors), hit), opacity)
+/// The least of depths; infinite where there is none.
+#[inline(always)]
+fn least(depths: &[f32]) -> f32 {
+    depths.iter().fold(f32::INFINITY, |least, &depth| if depth < least { depth } else { least })
 }
 
-#[inline(always)]
-fn color_at((grid, colors): (&Grid, &Colors), hit: &Record) -> [f32; 3] {
-    mix(grid, colors.color.axes(), hit)
+/// A slot's grid as far as colours at its hits are concerned: what each of them reads, and no more.
+#[derive(Debug, Clone, Copy)]
+struct SlotColors<'a> {
+    /// At the vertices; none for a hole, and where nothing is looked up.
+    colors: &'a [Vec4],
+    /// Columns of micropolygons.
+    columns: u32,
+    /// 2^24 over the columns, rounded up: a product with it tells a micropolygon's row, without a division.
+    rows: u32,
+    /// 1 where it is opaque; 0 for a hole, which hides what is behind it and is nothing itself.
+    covers: u32,
+    /// Whether a micropolygon has the colour of its first vertex.
+    is_flat: bool,
+}
+
+impl<'a> SlotColors<'a> {
+    fn of(surface: Option<(&'a Grid, &'a Colors)>) -> Self {
+        let Some((grid, colors)) = surface.filter(|(grid, _)| !grid.look.matte) else {
+            return SlotColors { colors: &[], columns: 1, rows: 0, covers: 0, is_flat: true };
+        };
+        SlotColors {
+            colors: &colors.color,
+            columns: grid.m,
+            rows: (1u32 << 24).div_ceil(grid.m),
+            covers: 1,
+            is_flat: grid.look.interpolation == ShadingInterpolation::Constant,
+        }
+    }
+
+    /// The colour where a micropolygon was hit: that of its first vertex, or interpolated. Its fourth component is 0.
+    #[inline(always)]
+    fn at(&self, payload: Payload, weights: Weights) -> Vec4 {
+        let micropolygon = payload.micropolygon();
+        // Right for up to 2^12 micropolygons. Corners as in `Grid::corners` and `triangles`.
+        let row = (u64::from(micropolygon) * u64::from(self.rows)) >> 24;
+        let (v0, columns) = (micropolygon as usize + row as usize, self.columns as usize);
+        if self.is_flat {
+            return self.colors.get(v0).copied().unwrap_or(Vec4::ZERO);
+        }
+        let across = v0 + columns + 2;
+        let [v1, v2] = if payload.triangle() == 0 { [v0 + 1, across] } else { [across, across - 1] };
+        let [w0, w1, w2] = weights.get();
+        self.colors[v0] * w0 + self.colors[v1] * w1 + self.colors[v2] * w2
+    }
 }
 
 /// What values at the vertices are where a micropolygon was hit: those of its first vertex, or interpolated.
-#[inline(always)]
 fn mix(grid: &Grid, values: [&[f32]; 3], hit: &Record) -> [f32; 3] {
     let micropolygon = hit.payload.micropolygon() as usize;
-    let [x, y, z] = values;
     if grid.look.interpolation == ShadingInterpolation::Constant {
         let v0 = grid.corners(micropolygon)[0];
-        return [x[v0], y[v0], z[v0]];
+        return values.map(|values| values[v0]);
     }
     let v = triangles(grid, micropolygon)[hit.payload.triangle() as usize];
     let w = hit.weights.get();
-    // Written out: `array::map` is a call for each.
-    [between(x, v, w), between(y, v, w), between(z, v, w)]
-}
-
-#[inline(always)]
-fn between(values: &[f32], v: [usize; 3], w: [f32; 3]) -> f32 {
-    values[v[0]] * w[0] + values[v[1]] * w[1] + values[v[2]] * w[2]
+    values.map(|values| values[v[0]] * w[0] + values[v[1]] * w[1] + values[v[2]] * w[2])
 }
 
 /// Weights of a filter at every place that a sample of the pattern can have.
@@ -176,6 +251,8 @@ pub struct FilterTable {
     filter: Filter,
     /// Pixels to each side whose samples can count.
     pub radius: [i32; 2],
+    /// Whether a pixel is the mean of its own samples.
+    is_mean: bool,
     /// Weight of tuple `t` in the pixel at offset (x, y): `[((y + ry) * width + x + rx) * N + t]`; empty where that
     /// would be too large.
     weights: Vec<f32>,
@@ -190,7 +267,9 @@ impl FilterTable {
     pub fn new(filter: Filter, pattern: &SamplePattern) -> Self {
         let radius = filter.radius_px().map(|r| r as i32);
         let places: Vec<[u8; 2]> = pattern.tuples().iter().map(|t| [t.x, t.y]).collect();
-        let mut table = FilterTable { filter, radius, weights: Vec::new(), places };
+        let mut table = FilterTable { filter, radius, is_mean: false, weights: Vec::new(), places };
+        table.is_mean =
+            radius == [0; 2] && (0..table.places.len() as u32).all(|tuple| table.compute(tuple, [0; 2]) == 1.0);
         let [width, height] = radius.map(|r| (2 * r + 1) as usize);
         if table.places.len().saturating_mul(width * height) <= MOST_WEIGHTS {
             let mut weights = Vec::with_capacity(table.places.len() * width * height);
@@ -266,8 +345,7 @@ impl Filtered<'_> {
         }
         let first = samples.region.pixel_ix(px, py) * per_pixel;
         std::array::from_fn(|i| {
-            let of_pixel = &depth[first + i * per_pixel..first + (i + 1) * per_pixel];
-            let depth = of_pixel.iter().fold(f32::INFINITY, |least, &depth| least.min(depth));
+            let depth = least(&depth[first + i * per_pixel..first + (i + 1) * per_pixel]);
             let scale = if totals[i] == 0.0 { 0.0 } else { 1.0 / totals[i] };
             let sum = sums[i];
             [sum[0] * scale, sum[1] * scale, sum[2] * scale, sum[3] * scale, depth]

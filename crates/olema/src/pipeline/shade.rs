@@ -6,7 +6,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use crate::math::Vec3s;
 use crate::shading::{OpacityUse, PlacedLight, ShadedPoints, ShadingPoints, SurfaceShader};
@@ -17,8 +17,9 @@ use super::grid::Grid;
 /// Colour and opacity of a grid's vertices.
 #[derive(Debug, Clone, Default)]
 pub struct Colors {
-    /// Colour, multiplied by opacity.
-    pub color: Vec3s,
+    /// Colour, multiplied by opacity; the fourth component is 0. One load a vertex for resolve, which reads them in no
+    /// order. None before any is known, and none for a hole.
+    pub color: Vec<Vec4>,
     /// Opacity; empty where all of it is 1.
     pub opacity: Vec3s,
 }
@@ -43,6 +44,35 @@ impl VertexSet {
             self.words.resize(word + 1, 0);
         }
         self.words[word] |= 1 << (vertex % 64);
+    }
+
+    /// Makes room for vertices below `num`, and a word more.
+    pub(super) fn make_room(&mut self, num: usize) {
+        self.words.resize(self.words.len().max(num / 64 + 2), 0);
+    }
+
+    /// Adds `first + i` where bit i of `bits` is set; there has to be room.
+    #[inline(always)]
+    pub(super) fn insert_word(&mut self, first: usize, bits: u64) {
+        let (word, shift) = (first / 64, first % 64);
+        self.words[word] |= bits << shift;
+        // Two shifts, as one by 64 is none.
+        self.words[word + 1] |= bits >> 1 >> (63 - shift);
+    }
+
+    /// Appends its vertices to `list`, in order.
+    fn list(&self, list: &mut Vec<u32>) {
+        for (&word, first) in self.words.iter().zip((0u32..).step_by(64)) {
+            if word == u64::MAX {
+                list.extend(first..first + 64);
+                continue;
+            }
+            let mut left = word;
+            while left != 0 {
+                list.push(first + left.trailing_zeros());
+                left &= left - 1;
+            }
+        }
     }
 
     /// Whether it holds a vertex.
@@ -125,8 +155,8 @@ pub struct ShadedCount {
 pub struct ShadeLists {
     new: VertexSet,
     vertices: Vec<u32>,
-    /// Opacities of what is opaque, which nobody reads.
-    opacity: Vec3s,
+    /// What a shader writes; what it wrote before for others stays in it.
+    shaded: ShadedPoints,
 }
 
 /// A grid with its colours, as far as they are known.
@@ -153,10 +183,9 @@ impl ShadedGrid {
     pub fn new(diced: Diced, shader: &dyn SurfaceShader) -> Self {
         let Diced { grid, points } = diced;
         let keeps = shader.traits().opacity == OpacityUse::Keeps;
-        let zeros = Vec3s::splat(Vec3::ZERO, grid.num_vertices());
-        let colors = Arc::new(Colors { color: zeros, opacity: Vec3s::default() });
         let surely_opaque = grid.look.matte || keeps && is_opaque(&points.os);
         let points = (!grid.look.matte).then_some(points);
+        let colors = Arc::default();
         let shading = Shading { points, colors, shaded: VertexSet::default(), seen: VertexSet::default() };
         ShadedGrid { grid, surely_opaque, shading: Mutex::new(shading) }
     }
@@ -171,7 +200,8 @@ impl ShadedGrid {
             let mut shaded = self.blank();
             shader.surface.shade(&points, &vertices, shader.lights, &mut shaded);
             let opacity = if is_opaque(&shaded.oi) { Vec3s::default() } else { shaded.oi };
-            shading.colors = Arc::new(Colors { color: shaded.ci, opacity });
+            let color = (0..vertices.len()).map(|vertex| shaded.ci.get(vertex).extend(0.0)).collect();
+            shading.colors = Arc::new(Colors { color, opacity });
         }
         (Arc::clone(&shading.colors), count)
     }
@@ -189,33 +219,31 @@ impl ShadedGrid {
         let Shading { points, colors, shaded, .. } = &mut *shading;
         let mut count = ShadedCount::default();
         if let Some(points) = points {
-            let ShadeLists { new, vertices, opacity } = lists;
+            let ShadeLists { new, vertices, shaded: out } = lists;
             shaded.take_new(wanted, new);
             if !new.is_empty() {
                 let needs_ring = shader.surface.traits().needs_ring;
                 vertices.clear();
                 if needs_ring {
-                    let listed = new.with_ring(self.grid.m as usize, self.grid.n as usize);
-                    vertices.extend(listed.iter().map(|vertex| vertex as u32));
+                    new.with_ring(self.grid.m as usize, self.grid.n as usize).list(vertices);
                 } else {
-                    vertices.extend(new.iter().map(|vertex| vertex as u32));
+                    new.list(vertices);
                 }
                 count.points = vertices.len() as u64;
                 count.ring = (vertices.len() - new.len()) as u64;
+                let num = self.grid.num_vertices();
+                [&mut out.ci, &mut out.oi].into_iter().for_each(|all| all.set_len(num));
+                shader.surface.shade(points, vertices, shader.lights, out);
                 // Other tiles keep the colours they were given.
                 let color = &mut Arc::make_mut(colors).color;
-                opacity.resize(self.grid.num_vertices());
-                let mut out = ShadedPoints { ci: std::mem::take(color), oi: std::mem::take(opacity) };
-                // A vertex of the ring is not right by itself, and may be known already.
-                let kept = needs_ring.then(|| out.ci.clone());
-                shader.surface.shade(points, vertices, shader.lights, &mut out);
-                (*color, *opacity) = match kept {
-                    Some(mut kept) => {
-                        new.iter().for_each(|vertex| kept.set(vertex, out.ci.get(vertex)));
-                        (kept, out.oi)
+                color.resize(num, Vec4::ZERO);
+                let [x, y, z] = out.ci.axes();
+                for vertex in vertices.iter().map(|&vertex| vertex as usize) {
+                    // A vertex of the ring is not right by itself, and may be known already.
+                    if !needs_ring || new.contains(vertex) {
+                        color[vertex] = Vec4::new(x[vertex], y[vertex], z[vertex], 0.0);
                     }
-                    None => (out.ci, out.oi),
-                };
+                }
             }
         }
         (Arc::clone(colors), count)

@@ -47,6 +47,9 @@ const SCALAR: f64 = 7.0;
 
 /// Quads that are looked at; grids of fewer are looked at whole.
 const NUM_PROBES: usize = 16;
+/// Of these so many at first, which is enough where one rasterizer costs so many times the other.
+const FEW_PROBES: usize = 3;
+const CLEARLY: f64 = 1.5;
 
 /// What a micropolygon of a grid is expected to cost, in operations, or in nanoseconds of the kernels in lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,18 +65,26 @@ pub fn choose(draw: &MovingDraw) -> Rasterizer {
     if draw.grid.still().is_some() {
         return Rasterizer::NoMotion;
     }
-    let estimate = estimate(draw);
-    if estimate.interleave < estimate.interval { Rasterizer::InterleaveUvt } else { Rasterizer::Interval }
+    // A few quads tell, unless they find both alike.
+    let Estimate { interval, interleave } = match estimate_from(draw, FEW_PROBES) {
+        few if few.interleave < few.interval / CLEARLY || few.interval < few.interleave / CLEARLY => few,
+        _ => estimate(draw),
+    };
+    if interleave < interval { Rasterizer::InterleaveUvt } else { Rasterizer::Interval }
 }
 
 /// Expected costs, mean over the grid's quads.
 pub fn estimate(draw: &MovingDraw) -> Estimate {
+    estimate_from(draw, NUM_PROBES)
+}
+
+fn estimate_from(draw: &MovingDraw, num_probes: usize) -> Estimate {
     let is_in_lanes = matches!(draw.kernels, Kernels::Lanes(_));
     // Only the scalar code's Interval bounds strata.
     let cells = (!is_in_lanes).then(|| Cells::of(draw.pattern));
     let k = f64::from(draw.pattern.tile());
     let (mut interval_tests, mut interleave_tests, mut boxes) = (0.0, 0.0, 0.0);
-    let probes = Probes::of(&draw.grid);
+    let probes = Probes::of(&draw.grid, num_probes);
     for corners in (0..probes.num).map(|probe| probes.corners(&draw.grid, probe)) {
         for path in paths(&draw.grid, corners) {
             let seen = path.share_within(&draw.samples.region) * path.duration;
@@ -109,9 +120,9 @@ struct Probes {
 }
 
 impl Probes {
-    fn of(grid: &MovingGrid) -> Self {
+    fn of(grid: &MovingGrid, most: usize) -> Self {
         let num_quads = grid.m * grid.n;
-        Probes { num: num_quads.min(NUM_PROBES), is_all: num_quads <= NUM_PROBES }
+        Probes { num: num_quads.min(most), is_all: num_quads <= most }
     }
 
     fn corners(&self, grid: &MovingGrid, probe: usize) -> [usize; 4] {

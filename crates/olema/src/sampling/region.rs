@@ -119,12 +119,7 @@ impl RegionSamples {
         for py in region.y0..region.y1 {
             for (px, (tuples, places)) in (region.x0..region.x1).zip(&mut pixels) {
                 let pixel = (py.rem_euclid(k) * k + px.rem_euclid(k)) as u32;
-                let mut to = tuples.iter_mut().zip(places);
-                pattern.each_of_pixel(sets(px, py), pixel, |laid| {
-                    if let Some((tuple, place)) = to.next() {
-                        (*tuple, *place) = laid;
-                    }
-                });
+                pattern.lay_pixel([sets(px, py), pixel], tuples, places);
             }
         }
         self.blur.take();

@@ -57,9 +57,11 @@ pub struct SampleColors {
     /// What is in front of the nearest opaque surfaces; empty where nothing is.
     in_front: Vec<SampleColor>,
     /// Colour and alpha.
-    rgba: Vec<[f32; 4]>,
-    /// Depth of the nearest surface of any kind.
+    rgba: Vec<Vec4>,
+    /// Depth of the nearest surface of any kind, where something is in front.
     depth: Vec<f32>,
+    /// Whether anything was hit in each pixel.
+    is_hit: Vec<bool>,
 }
 
 impl SampleColors {
@@ -101,14 +103,17 @@ impl SampleColors {
             return mean_pixels(buffers, &looked_up, interior, pixels);
         }
         self.composite_opaque(buffers, &looked_up);
-        self.filter(table, &buffers.samples, interior, pixels);
+        self.filter(table, buffers, interior, pixels);
     }
 
     /// Puts the nearest opaque surfaces behind everything.
     fn composite_opaque(&mut self, buffers: &TileBuffers, looked_up: &[SlotColors]) {
         self.rgba.clear();
-        self.depth.clear();
-        self.depth.extend_from_slice(buffers.nearest.depths());
+        self.is_hit.clear();
+        let (_, payloads, _) = buffers.nearest.lists(0..buffers.nearest.len());
+        let is_hit = |pixel: &[i32]| pixel.iter().any(|&payload| Payload(payload as u32) != Payload::NONE);
+        let pixels = payloads.chunks_exact(buffers.nearest.samples_per_pixel());
+        self.is_hit.extend(pixels.map(|pixel| !self.in_front.is_empty() || is_hit(pixel)));
         let opaque = buffers.nearest.records().map(|record| {
             if record.is_none() {
                 return Vec4::ZERO;
@@ -117,26 +122,24 @@ impl SampleColors {
             slot.at(record.payload, record.weights).with_w(slot.covers as f32)
         });
         if self.in_front.is_empty() {
-            self.rgba.extend(opaque.map(|rgba| rgba.to_array()));
+            self.rgba.extend(opaque);
             return;
         }
+        self.depth.clear();
+        self.depth.extend_from_slice(buffers.nearest.depths());
         let samples = self.in_front.iter_mut().zip(opaque).zip(&mut self.depth);
         self.rgba.extend(samples.map(|((sample, rgba), depth)| {
             sample.behind(rgba.truncate().to_array(), [rgba.w; 3], *depth);
             *depth = sample.depth;
-            sample.rgba()
+            Vec4::from_array(sample.rgba())
         }));
     }
 
-    /// Filters the pixels of `interior`, which lie in the larger region of `samples`.
-    fn filter(
-        &self,
-        table: &FilterTable,
-        samples: &RegionSamples,
-        interior: Region,
-        pixels: &mut Vec<Pixel>,
-    ) {
-        let filtered = Filtered { table, samples, depth: &self.depth, rgba: &self.rgba };
+    /// Filters the pixels of `interior`, which lie in the larger region of the samples.
+    fn filter(&self, table: &FilterTable, buffers: &TileBuffers, interior: Region, pixels: &mut Vec<Pixel>) {
+        let depth = if self.in_front.is_empty() { buffers.nearest.depths() } else { &self.depth };
+        let (samples, is_hit) = (&buffers.samples, &self.is_hit[..]);
+        let filtered = Filtered { table, samples, depth, rgba: &self.rgba, is_hit };
         for py in interior.y0..interior.y1 {
             let mut px = interior.x0;
             while px + TOGETHER as i32 <= interior.x1 {
@@ -150,12 +153,7 @@ impl SampleColors {
 
 /// Pixels of a filter that counts a pixel's own samples alike, where nothing transparent is in front: the same sums as
 /// [`Filtered::pixels`], without a list of colours in between.
-fn mean_pixels(
-    buffers: &TileBuffers,
-    looked_up: &[SlotColors],
-    interior: Region,
-    pixels: &mut Vec<Pixel>,
-) {
+fn mean_pixels(buffers: &TileBuffers, looked_up: &[SlotColors], interior: Region, pixels: &mut Vec<Pixel>) {
     let nearest = &buffers.nearest;
     let per_pixel = nearest.samples_per_pixel();
     let scale = 1.0 / per_pixel as f32;
@@ -253,6 +251,10 @@ pub struct FilterTable {
     pub radius: [i32; 2],
     /// Whether a pixel is the mean of its own samples.
     is_mean: bool,
+    /// Whether no weight is below 0.
+    is_positive: bool,
+    /// For each offset the samples of a pixel that have a weight other than 0 for some tuple; where weights are tabulated.
+    counted: Vec<Vec<u16>>,
     /// Weight of tuple `t` in the pixel at offset (x, y): `[((y + ry) * width + x + rx) * N + t]`; empty where that
     /// would be too large.
     weights: Vec<f32>,
@@ -267,9 +269,17 @@ impl FilterTable {
     pub fn new(filter: Filter, pattern: &SamplePattern) -> Self {
         let radius = filter.radius_px().map(|r| r as i32);
         let places: Vec<[u8; 2]> = pattern.tuples().iter().map(|t| [t.x, t.y]).collect();
-        let mut table = FilterTable { filter, radius, is_mean: false, weights: Vec::new(), places };
-        table.is_mean =
-            radius == [0; 2] && (0..table.places.len() as u32).all(|tuple| table.compute(tuple, [0; 2]) == 1.0);
+        let mut table = FilterTable {
+            filter,
+            radius,
+            is_mean: false,
+            is_positive: false,
+            counted: Vec::new(),
+            weights: Vec::new(),
+            places,
+        };
+        table.is_mean = radius == [0; 2]
+            && (0..table.places.len() as u32).all(|tuple| table.compute(tuple, [0; 2]) == 1.0);
         let [width, height] = radius.map(|r| (2 * r + 1) as usize);
         if table.places.len().saturating_mul(width * height) <= MOST_WEIGHTS {
             let mut weights = Vec::with_capacity(table.places.len() * width * height);
@@ -278,17 +288,25 @@ impl FilterTable {
                     weights.extend((0..table.places.len() as u32).map(|tuple| table.compute(tuple, [x, y])));
                 }
             }
+            table.is_positive = weights.iter().all(|&weight| weight >= 0.0);
+            let num_ranks = (pattern.tile() * pattern.tile()) as usize;
+            let counted = |of_offset: &[f32]| {
+                let strata = (0u16..).zip(of_offset.chunks_exact(num_ranks));
+                strata.filter(|(_, of)| of.iter().any(|&w| w != 0.0)).map(|(stratum, _)| stratum).collect()
+            };
+            table.counted = weights.chunks_exact(table.places.len()).map(counted).collect();
             table.weights = weights;
         }
         table
     }
 
-    /// Weights of all tuples in the pixel `offset` away from the one that is filtered, where they are tabulated.
+    /// Weights of all tuples in the pixel `offset` away from the one that is filtered, and the samples of that pixel for
+    /// which one of them is not 0, where they are tabulated.
     #[inline(always)]
-    fn of_offset(&self, [x, y]: [i32; 2]) -> Option<&[f32]> {
+    fn of_offset(&self, [x, y]: [i32; 2]) -> Option<(&[f32], &[u16])> {
         let (width, num) = (2 * self.radius[0] + 1, self.places.len());
         let row = ((y + self.radius[1]) * width + x + self.radius[0]) as usize;
-        self.weights.get(row * num..(row + 1) * num)
+        Some((self.weights.get(row * num..(row + 1) * num)?, self.counted.get(row)?))
     }
 
     fn compute(&self, tuple: u32, offset: [i32; 2]) -> f32 {
@@ -312,33 +330,38 @@ struct Filtered<'a> {
     /// Depth of the samples.
     depth: &'a [f32],
     /// Colour and alpha of the samples.
-    rgba: &'a [[f32; 4]],
+    rgba: &'a [Vec4],
+    /// Whether anything was hit in each pixel.
+    is_hit: &'a [bool],
 }
 
 impl Filtered<'_> {
     /// `NUM` pixels of a row from (px, py) on.
     fn pixels<const NUM: usize>(&self, px: i32, py: i32) -> [Pixel; NUM] {
-        let Filtered { table, samples, depth, rgba } = self;
+        let Filtered { table, samples, depth, rgba, .. } = self;
+        if table.is_positive && !self.is_any_hit(px, py, NUM) {
+            return [[0.0, 0.0, 0.0, 0.0, f32::INFINITY]; NUM];
+        }
         let per_pixel = samples.samples_per_pixel();
-        let mut sums = [[0.0f32; 4]; NUM];
+        let mut sums = [Vec4::ZERO; NUM];
         let mut totals = [0.0f32; NUM];
         for y in -table.radius[1]..=table.radius[1] {
             for x in -table.radius[0]..=table.radius[0] {
                 let first = samples.region.pixel_ix(px + x, py + y) * per_pixel;
                 let (tuples, rgba) = (&samples.tuples[first..], &rgba[first..]);
                 let (tuples, rgba) = (&tuples[..NUM * per_pixel], &rgba[..NUM * per_pixel]);
-                let weights = table.of_offset([x, y]);
-                for j in 0..per_pixel {
-                    for i in 0..NUM {
-                        let (tuple, value) = (tuples[i * per_pixel + j], rgba[i * per_pixel + j]);
-                        let weight = match weights {
-                            Some(weights) => weights[tuple as usize],
-                            None => table.compute(tuple, [x, y]),
-                        };
-                        totals[i] += weight;
-                        for c in 0..4 {
-                            sums[i][c] += weight * value[c];
-                        }
+                let mut add = |i: usize, j: usize, weight: f32| {
+                    totals[i] += weight;
+                    sums[i] += rgba[i * per_pixel + j] * weight;
+                };
+                if let Some((weights, counted)) = table.of_offset([x, y]) {
+                    // What has no weight adds nothing.
+                    for j in counted.iter().map(|&j| usize::from(j)) {
+                        (0..NUM).for_each(|i| add(i, j, weights[tuples[i * per_pixel + j] as usize]));
+                    }
+                } else {
+                    for j in 0..per_pixel {
+                        (0..NUM).for_each(|i| add(i, j, table.compute(tuples[i * per_pixel + j], [x, y])));
                     }
                 }
             }
@@ -347,8 +370,17 @@ impl Filtered<'_> {
         std::array::from_fn(|i| {
             let depth = least(&depth[first + i * per_pixel..first + (i + 1) * per_pixel]);
             let scale = if totals[i] == 0.0 { 0.0 } else { 1.0 / totals[i] };
-            let sum = sums[i];
-            [sum[0] * scale, sum[1] * scale, sum[2] * scale, sum[3] * scale, depth]
+            let [r, g, b, a] = (sums[i] * scale).to_array();
+            [r, g, b, a, depth]
+        })
+    }
+
+    /// Whether anything was hit in the pixels that `num` pixels of a row from (px, py) on are filtered from.
+    fn is_any_hit(&self, px: i32, py: i32, num: usize) -> bool {
+        let [rx, ry] = self.table.radius;
+        (py - ry..=py + ry).any(|y| {
+            let first = self.samples.region.pixel_ix(px - rx, y);
+            self.is_hit[first..first + num + 2 * rx as usize].iter().any(|&is_hit| is_hit)
         })
     }
 }

@@ -172,7 +172,8 @@ struct Sink<'a> {
 
 impl HitSink for Sink<'_> {
     fn begin(&mut self, micropolygon: u32) {
-        self.canvas.color = self.colors.color[self.grid.corners(micropolygon as usize)[0]].truncate().to_array();
+        self.canvas.color =
+            self.colors.color[self.grid.corners(micropolygon as usize)[0]].truncate().to_array();
     }
 
     fn hit(&mut self, sample_ix: usize, point: HitPoint, _triangle: u8, _sign: i8) {

@@ -137,6 +137,16 @@ impl Vec3s {
         Vec3s { floats: vec![0.0; 3 * len], room: len, len: 0 }
     }
 
+    /// Bytes that they take, with those there is room for.
+    pub fn bytes(&self) -> usize {
+        4 * self.floats.capacity()
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
     /// Number of vectors.
     pub fn len(&self) -> usize {
         self.len

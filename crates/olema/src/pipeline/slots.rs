@@ -35,10 +35,10 @@ struct Slot {
 pub struct SlotsFull;
 
 impl GridSlots {
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        self.slots.clear();
+    /// Forgets everything, and lets go of all grids.
+    pub fn drain(&mut self) -> impl Iterator<Item = Arc<ShadedGrid>> + '_ {
         self.known.clear();
+        self.slots.drain(..).filter_map(|Slot { grid, .. }| grid)
     }
 
     /// Gives `grid` a slot, the one it had in an earlier pass if it was drawn in one; and whether that is a new one.
@@ -204,9 +204,8 @@ impl UsedVertices {
             // Parts of a row whose vertices fit a word.
             for column in (0..columns).step_by(63) {
                 let num = (columns - column).min(63);
-                let [first, second] = [0, 1].map(|triangle| {
-                    bits(words, triangle, row * columns + column) & (u64::MAX >> (64 - num))
-                });
+                let [first, second] = [0, 1]
+                    .map(|triangle| bits(words, triangle, row * columns + column) & (u64::MAX >> (64 - num)));
                 // As in `Grid::corners` and `triangles`: (v0, v1, v2) and (v0, v2, v3).
                 let (any, v0) = (first | second, row * (columns + 1) + column);
                 if is_flat {

@@ -120,6 +120,36 @@ fn buckets_that_are_delivered_make_up_the_picture() {
 }
 
 #[test]
+fn rows_that_are_handed_out_make_up_the_picture() {
+    let scene = scenes::teapot();
+    for (threads, tile, crop_px) in [(1, 16, None), (2, 10, None), (2, 7, Some([5, 60, 11, 40]))] {
+        let settings = Settings { threads, tile: Some(tile), crop_px, ..small(64, 48, [2, 2]) };
+        let expected = draw(&scene, &settings);
+        let mut collected = Image { channels: Vec::new(), ..expected.clone() };
+        let mut next = expected.window_px[2];
+        let mut take = |rows: &Image| {
+            assert_eq!(
+                (rows.window_px[2], rows.width()),
+                (next, expected.width()),
+                "from the top, whole rows"
+            );
+            next = rows.window_px[3];
+            collected.channels.resize_with(rows.channels.len(), || rows.channels[0].clone());
+            for (all, more) in collected.channels.iter_mut().zip(&rows.channels) {
+                if rows.window_px[2] == expected.window_px[2] {
+                    all.values.clear();
+                    all.name.clone_from(&more.name);
+                }
+                all.values.extend(&more.values);
+            }
+        };
+        let renderer = Renderer::new(settings).expect("valid");
+        renderer.render_rows(&scene, &Hooks::default(), &mut take).expect("rows");
+        assert!(next == expected.window_px[3] && bits(&collected) == bits(&expected), "tiles of {tile}");
+    }
+}
+
+#[test]
 fn another_seed_is_another_picture() {
     let scene = scenes::teapot();
     let base = small(64, 48, [2, 2]);

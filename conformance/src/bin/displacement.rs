@@ -156,7 +156,7 @@ impl Canvas {
         for v in 0..grid.num_vertices() {
             let [x, y] = [grid.x[v] >> 8, grid.y[v] >> 8];
             if (0..self.size[0] as i32).contains(&x) && (0..self.size[1] as i32).contains(&y) {
-                self.color = colors.color.get(v).to_array();
+                self.color = colors.color[v].truncate().to_array();
                 self.put(y as usize * self.size[0] + x as usize, grid.depth[v]);
             }
         }
@@ -172,7 +172,8 @@ struct Sink<'a> {
 
 impl HitSink for Sink<'_> {
     fn begin(&mut self, micropolygon: u32) {
-        self.canvas.color = self.colors.color.get(self.grid.corners(micropolygon as usize)[0]).to_array();
+        self.canvas.color =
+            self.colors.color[self.grid.corners(micropolygon as usize)[0]].truncate().to_array();
     }
 
     fn hit(&mut self, sample_ix: usize, point: HitPoint, _triangle: u8, _sign: i8) {

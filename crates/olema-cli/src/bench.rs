@@ -107,7 +107,7 @@ fn draw(standard: Standard, threads: i32) -> Result<Run, Failure> {
     let clock = || began.elapsed().as_secs_f64();
     let hooks = Hooks { clock: Some(&clock), ..Hooks::default() };
     let renderer = Renderer::new(settings)?;
-    let mut stats = renderer.render(&scene, &hooks)?.stats;
+    let mut stats = renderer.render_rows(&scene, &hooks, &mut |_| {})?;
     stats.seconds.read = read_seconds;
     stats.peak_memory = stats_file::peak_memory();
     Ok(Run::new(standard.name, renderer.settings(), &stats))

@@ -3,28 +3,36 @@
 use std::path::Path;
 
 use olema::image::Picture8;
-use olema::{Image, Settings};
-use olema_formats::image_file::{self, ImageError, PngMode, PngOptions};
+use olema::{Error, Image, Settings};
+use olema_formats::image_file::{self, ImageError, PngMode, PngOptions, PngPicture};
 use olema_formats::rib::{Display, Quantize};
 
 use crate::exit::{self, Failure};
 
-/// Writes a rendered picture with the channels and the quantization of the scene's display.
+/// A picture that is to be at `path`, with the channels and the quantization of the scene's display.
 ///
 /// # Errors
-/// A render failure that names the file.
-pub fn write(
-    path: &Path,
-    image: &Image,
-    settings: &Settings,
-    display: Option<&Display>,
-) -> Result<(), Failure> {
+/// A memory failure where its bytes do not fit what was granted.
+pub fn begin(path: &Path, settings: &Settings, display: Option<&Display>) -> Result<PngPicture, Failure> {
     let mut options = PngOptions { gamma: settings.exposure[1], ..PngOptions::default() };
     if let Some(display) = display {
         options.quantize = display.quantize;
         options.mode = if display.mode == "rgb" { PngMode::Rgb } else { PngMode::Rgba };
     }
-    image_file::write_png(path, image, &options).map_err(|e| failure(exit::RENDER, &e))
+    let picture = PngPicture::new(path, settings.window_px(), &options);
+    let (needed, granted) = (picture.num_bytes(), settings.picture_memory);
+    if needed > granted {
+        return Err(Error::Memory { what: "the picture", needed, granted }.into());
+    }
+    Ok(picture)
+}
+
+/// Writes a picture whose rows were pushed, unless one of them could not be: `pushed` says so.
+///
+/// # Errors
+/// A render failure that names the file.
+pub fn finish(picture: &PngPicture, pushed: Result<(), ImageError>) -> Result<(), Failure> {
+    pushed.and_then(|()| picture.write()).map_err(|e| failure(exit::RENDER, &e))
 }
 
 /// Writes opaque bytes as they are.
@@ -80,7 +88,10 @@ mod tests {
             let quantize = Quantize { one: 255, min: 0, max: 255, dither: 0.0 };
             let display =
                 Display { name: String::new(), driver: String::new(), mode: mode.to_owned(), quantize };
-            write(&path, &image, &Settings::default(), Some(&display)).unwrap();
+            let settings = Settings { resolution: [1, 1], ..Settings::default() };
+            let mut picture = begin(&path, &settings, Some(&display)).unwrap();
+            let pushed = picture.push(&image);
+            finish(&picture, pushed).unwrap();
             assert_eq!(read(&path).unwrap().pixel(0, 0)[3], alpha);
         }
     }

@@ -5,7 +5,7 @@ mod overrides;
 use std::path::Path;
 use std::time::Instant;
 
-use olema::{Error, Frame, Hooks, Progress, Renderer};
+use olema::{Error, Hooks, Image, Progress, Renderer, Stats};
 use olema_formats::rib::{Display, RibFrame};
 
 use crate::args::{ProgressKind, RenderArgs};
@@ -138,10 +138,16 @@ impl<'a> Job<'a> {
         let busy = self.interrupt.busy();
         let renderer = Renderer::new(settings)?;
         let meter = Meter::new(self.args.progress, self.args.quiet, number);
-        let drawn = draw(&renderer, &scene, &meter, &self.interrupt);
+        let mut picture = picture::begin(&path, renderer.settings(), display.as_ref())?;
+        let mut pushed = Ok(());
+        let drawn = draw(&renderer, &scene, &meter, &self.interrupt, &mut |rows| {
+            if pushed.is_ok() {
+                pushed = picture.push(rows);
+            }
+        });
         meter.finish();
-        let Frame { image, mut stats } = drawn?;
-        picture::write(&path, &image, renderer.settings(), display.as_ref())?;
+        let mut stats = drawn?;
+        picture::finish(&picture, pushed)?;
         stats.seconds.read = read_seconds;
         stats.peak_memory = stats_file::peak_memory();
         for warning in &stats.warnings {
@@ -185,13 +191,14 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Calls the renderer with everything it may look at.
+/// Calls the renderer with everything it may look at; `rows` gets the picture.
 fn draw(
     renderer: &Renderer,
     scene: &olema::Scene,
     meter: &Meter,
     interrupt: &Interrupt,
-) -> Result<Frame, Error> {
+    rows: &mut (dyn FnMut(&Image) + Send),
+) -> Result<Stats, Error> {
     let began = Instant::now();
     let clock = || began.elapsed().as_secs_f64();
     let progress = |p: Progress| meter.update(p);
@@ -201,7 +208,7 @@ fn draw(
         clock: Some(&clock),
         bucket: None,
     };
-    renderer.render(scene, &hooks)
+    renderer.render_rows(scene, &hooks, rows)
 }
 
 fn first_of(code: u8, next: u8) -> u8 {

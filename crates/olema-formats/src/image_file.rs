@@ -121,13 +121,59 @@ impl Default for PngOptions {
 /// # Errors
 /// [`ImageError`]; the temporary file is removed then.
 pub fn write_png(path: &Path, image: &Image, options: &PngOptions) -> Result<(), ImageError> {
-    let bytes = to_bytes(path, image, options)?;
-    let size = [image.width() as u32, image.height() as u32];
-    replace_file(path, |file| encode(path, file, size, &bytes, options))
+    let mut picture = PngPicture::new(path, image.window_px, options);
+    picture.push(image)?;
+    picture.write()
 }
 
-/// The file's samples, rows from the top.
-fn to_bytes(path: &Path, image: &Image, options: &PngOptions) -> Result<Vec<u8>, ImageError> {
+/// A PNG file on its way: takes rows as they come, as bytes.
+#[derive(Debug)]
+pub struct PngPicture {
+    path: PathBuf,
+    size: [u32; 2],
+    options: PngOptions,
+    bytes: Vec<u8>,
+}
+
+impl PngPicture {
+    /// A picture of the window `[x0, x1, y0, y1]` that is to be at `path`, without rows yet.
+    pub fn new(path: &Path, window_px: [u32; 4], options: &PngOptions) -> Self {
+        let [x0, x1, y0, y1] = window_px;
+        PngPicture { path: path.to_owned(), size: [x1 - x0, y1 - y0], options: *options, bytes: Vec::new() }
+    }
+
+    /// Bytes of the whole picture.
+    pub fn num_bytes(&self) -> u64 {
+        let channels = if self.options.mode == PngMode::Rgba { 4 } else { 3 };
+        u64::from(self.size[0]) * u64::from(self.size[1]) * channels
+    }
+
+    /// Appends the next rows, from the top.
+    ///
+    /// # Errors
+    /// [`ImageError::Channel`].
+    pub fn push(&mut self, rows: &Image) -> Result<(), ImageError> {
+        self.bytes.reserve_exact((self.num_bytes() as usize).saturating_sub(self.bytes.len()));
+        append_bytes(&self.path, rows, &self.options, &mut self.bytes)
+    }
+
+    /// Writes the file, as [`write_png`] says.
+    ///
+    /// # Errors
+    /// [`ImageError`]; the temporary file is removed then.
+    pub fn write(&self) -> Result<(), ImageError> {
+        let PngPicture { path, size, options, bytes } = self;
+        replace_file(path, |file| encode(path, file, *size, bytes, options))
+    }
+}
+
+/// Appends the file's samples, rows from the top.
+fn append_bytes(
+    path: &Path,
+    image: &Image,
+    options: &PngOptions,
+    bytes: &mut Vec<u8>,
+) -> Result<(), ImageError> {
     let expected = image.width() * image.height();
     let channel = |channel: &'static str| {
         let found = image.channel(channel).filter(|c| c.values.len() == expected);
@@ -143,7 +189,6 @@ fn to_bytes(path: &Path, image: &Image, options: &PngOptions) -> Result<Vec<u8>,
         PngMode::Rgba => Some(channel("a")?),
     };
     let to_byte = ByteOf::new(options);
-    let mut bytes = Vec::with_capacity(expected * if alpha.is_some() { 4 } else { 3 });
     for ix in 0..expected {
         let x = image.window_px[0] + (ix % image.width()) as u32;
         let y = image.window_px[2] + (ix / image.width()) as u32;
@@ -153,7 +198,7 @@ fn to_bytes(path: &Path, image: &Image, options: &PngOptions) -> Result<Vec<u8>,
         }
         bytes.extend(coverage.map(|(_, byte)| byte));
     }
-    Ok(bytes)
+    Ok(())
 }
 
 /// Values to bytes.

@@ -95,11 +95,11 @@ fn a_vertex_is_shaded_once_and_looks_as_if_all_were() {
     assert_eq!((count.points, count.ring), (1, 0));
     assert_eq!(*recorder.asked.lock().expect("no panic"), [vec![3, 8, 9], vec![10]]);
     for vertex in [3, 8, 9] {
-        assert_eq!(first.color.get(vertex), all.color.get(vertex));
-        assert_eq!(second.color.get(vertex), all.color.get(vertex));
+        assert_eq!(first.color[vertex], all.color[vertex]);
+        assert_eq!(second.color[vertex], all.color[vertex]);
     }
-    assert_eq!(second.color.get(10), all.color.get(10));
-    assert_ne!(first.color.get(10), all.color.get(10), "colours that were handed out do not change");
+    assert_eq!(second.color[10], all.color[10]);
+    assert_ne!(first.color[10], all.color[10], "colours that were handed out do not change");
 }
 
 #[test]

@@ -124,9 +124,8 @@ impl<'a> Bench<'a> {
     pub fn resolve(&self, buffers: &TileBuffers) -> Vec<Pixel> {
         let frame = &self.frame;
         let mut colors = SampleColors::default();
-        colors.composite_opaque(buffers);
         let mut pixels = Vec::new();
-        colors.filter(&frame.filter, &buffers.samples, frame.tiles.window, &mut pixels);
+        colors.resolve(buffers, &frame.filter, frame.tiles.window, &mut pixels);
         pixels
     }
 }

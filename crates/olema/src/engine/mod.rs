@@ -130,18 +130,53 @@ impl Renderer {
     /// [`Error::Memory`] where the picture does not fit.
     pub fn render(&self, scene: &Scene, hooks: &Hooks) -> Result<Frame, Error> {
         scene.validate()?;
-        let output = output::Output::new(&self.settings)?;
+        let output = output::Whole::new(&self.settings)?;
+        let (output, stats) = self.render_to(scene, hooks, |_| output::Output::Whole(output))?;
+        let output::Output::Whole(whole) = output else { unreachable!("what goes in comes out") };
+        Ok(Frame { image: whole.into_image(), stats })
+    }
+
+    /// Renders `scene` without holding the picture: `rows` is given it from the top, as many whole rows at a time as are
+    /// finished, each once, with the channels of [`Frame::image`]. [`Hooks::bucket`] is not called.
+    ///
+    /// # Errors
+    /// As [`Self::render`]; the rows that were finished until then were given.
+    pub fn render_rows(
+        &self,
+        scene: &Scene,
+        hooks: &Hooks,
+        rows: &mut (dyn FnMut(&Image) + Send),
+    ) -> Result<Stats, Error> {
+        scene.validate()?;
+        let (_, stats) = self.render_to(scene, hooks, |side| {
+            output::Output::Rows(output::Rows::new(&self.settings, side, rows))
+        })?;
+        Ok(stats)
+    }
+
+    /// Renders to what `output` makes for tiles of a size.
+    fn render_to<'o>(
+        &self,
+        scene: &Scene,
+        hooks: &Hooks,
+        output: impl FnOnce(u32) -> output::Output<'o> + Send,
+    ) -> Result<(output::Output<'o>, Stats), Error> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(self.settings.threads)
             .build()
             .map_err(|e| Error::Threads(e.to_string()))?;
         let watch = Stopwatch::new(hooks);
-        let mut frame = pool.install(|| self.render_in_pool(scene, hooks, output))?;
-        frame.stats.seconds.total = watch.seconds();
-        Ok(frame)
+        let (output, mut stats) = pool.install(|| self.render_in_pool(scene, hooks, output))?;
+        stats.seconds.total = watch.seconds();
+        Ok((output, stats))
     }
 
-    fn render_in_pool(&self, scene: &Scene, hooks: &Hooks, output: output::Output) -> Result<Frame, Error> {
+    fn render_in_pool<'o>(
+        &self,
+        scene: &Scene,
+        hooks: &Hooks,
+        output: impl FnOnce(u32) -> output::Output<'o>,
+    ) -> Result<(output::Output<'o>, Stats), Error> {
         let mut stats = Stats::default();
         let watch = Stopwatch::new(hooks);
         let data = frame::FrameData::new(scene, &self.settings, None, &mut stats);
@@ -160,7 +195,7 @@ impl Renderer {
         let filed = data.file(hooks, &mut stats).ok_or(Error::Cancelled)?;
         hooks.report("split", 1, 1);
         let cache = cache::GridCache::new(self.settings.grid_cache, data.tiles.len());
-        let shared = Mutex::new((output, stats, None, Corrections::default()));
+        let shared = Mutex::new((output(data.tiles.side), stats, None, Corrections::default()));
         let (next, num_tiles) = (AtomicUsize::new(0), data.tiles.len());
         let done = AtomicUsize::new(0);
         // Tiles are taken in order, so that grids on the border of two tiles do not wait long for the second.
@@ -199,7 +234,7 @@ impl Renderer {
             Some(error) => Err(error),
             None => {
                 stats.warnings.extend(corrections.warnings(scene, &data.infos));
-                Ok(Frame { image: output.into_image(), stats })
+                Ok((output, stats))
             }
         }
     }

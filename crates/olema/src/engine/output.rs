@@ -1,4 +1,6 @@
-//! The picture as it grows: tiles go in, finished output buckets come out.
+//! The picture as it grows: tiles go in; finished output buckets and the picture come out, or its rows.
+
+use std::collections::VecDeque;
 
 use crate::error::Error;
 use crate::image::Image;
@@ -9,15 +11,99 @@ use crate::settings::Settings;
 /// Channels of every picture.
 pub(super) const CHANNELS: [&str; 5] = ["r", "g", "b", "a", "z"];
 
+/// Where tiles go.
+pub(super) enum Output<'a> {
+    /// Into a picture.
+    Whole(Whole),
+    /// To someone who takes rows.
+    Rows(Rows<'a>),
+}
+
+impl Output<'_> {
+    /// Puts a tile's pixels in place and returns the output buckets that are whole now.
+    pub fn put(&mut self, tile: Region, pixels: &[Pixel]) -> Vec<Image> {
+        match self {
+            Output::Whole(whole) => whole.put(tile, pixels),
+            Output::Rows(rows) => {
+                rows.put(tile, pixels);
+                Vec::new()
+            }
+        }
+    }
+}
+
+/// Writes a tile's pixels to an image that holds them.
+fn place(image: &mut Image, tile: Region, pixels: &[Pixel]) {
+    let [x0, _, y0, _] = image.window_px;
+    let width = image.width();
+    for (row, line) in pixels.chunks_exact(tile.width()).enumerate() {
+        let first = (tile.y0 as usize - y0 as usize + row) * width + (tile.x0 as usize - x0 as usize);
+        for (c, channel) in image.channels.iter_mut().enumerate() {
+            for (value, pixel) in channel.values[first..first + tile.width()].iter_mut().zip(line) {
+                *value = pixel[c];
+            }
+        }
+    }
+}
+
+/// Hands out rows of the picture, from the top, as soon as those above them are. Tiles are taken in order, so that there
+/// are never many rows of tiles that are not whole.
+pub(super) struct Rows<'a> {
+    frame_px: [u32; 2],
+    window_px: [u32; 4],
+    /// Rows of tiles from the first that was not handed out: as far as it is drawn, and how many pixels are missing.
+    waiting: VecDeque<Option<(Image, usize)>>,
+    /// First row of the first of them.
+    next_row: u32,
+    tile_side: u32,
+    hand_out: &'a mut (dyn FnMut(&Image) + Send),
+}
+
+impl<'a> Rows<'a> {
+    /// Nothing is drawn yet, of tiles with sides of `tile_side` pixels.
+    pub fn new(settings: &Settings, tile_side: u32, hand_out: &'a mut (dyn FnMut(&Image) + Send)) -> Self {
+        let window_px = settings.window_px();
+        let waiting = VecDeque::new();
+        Rows {
+            frame_px: settings.resolution,
+            window_px,
+            waiting,
+            next_row: window_px[2],
+            tile_side,
+            hand_out,
+        }
+    }
+
+    fn put(&mut self, tile: Region, pixels: &[Pixel]) {
+        let [x0, x1, ..] = self.window_px;
+        let ix = (tile.y0 as u32 / self.tile_side - self.next_row / self.tile_side) as usize;
+        if self.waiting.len() <= ix {
+            self.waiting.resize_with(ix + 1, || None);
+        }
+        let (image, missing) = self.waiting[ix].get_or_insert_with(|| {
+            let window = [x0, x1, tile.y0 as u32, tile.y1 as u32];
+            let image = Image::new(self.frame_px, window, &CHANNELS);
+            (image, (x1 - x0) as usize * tile.height())
+        });
+        place(image, tile, pixels);
+        *missing -= pixels.len();
+        while let Some(Some((image, 0))) = self.waiting.front() {
+            (self.hand_out)(image);
+            self.next_row = image.window_px[3];
+            self.waiting.pop_front();
+        }
+    }
+}
+
 /// Collects tiles.
-pub(super) struct Output {
+pub(super) struct Whole {
     image: Image,
     bucket: [u32; 2],
     /// Pixels missing from each bucket, row by row.
     missing: Vec<u32>,
 }
 
-impl Output {
+impl Whole {
     /// An empty picture.
     ///
     /// # Errors
@@ -32,7 +118,7 @@ impl Output {
         }
         let bucket = [settings.bucket[0].min(width), settings.bucket[1].min(height)];
         let mut output =
-            Output { image: Image::new(settings.resolution, window, &CHANNELS), bucket, missing: Vec::new() };
+            Whole { image: Image::new(settings.resolution, window, &CHANNELS), bucket, missing: Vec::new() };
         let [columns, rows] = output.num_buckets();
         for row in 0..rows {
             for column in 0..columns {
@@ -54,18 +140,8 @@ impl Output {
         [left, x1.min(left + self.bucket[0]), top, y1.min(top + self.bucket[1])]
     }
 
-    /// Puts a tile's pixels in place and returns the buckets that are whole now.
-    pub fn put(&mut self, tile: Region, pixels: &[Pixel]) -> Vec<Image> {
-        let [wx0, _, wy0, _] = self.image.window_px;
-        let width = self.image.width();
-        for (row, line) in pixels.chunks_exact(tile.width()).enumerate() {
-            let first = (tile.y0 as usize - wy0 as usize + row) * width + (tile.x0 as usize - wx0 as usize);
-            for (c, channel) in self.image.channels.iter_mut().enumerate() {
-                for (value, pixel) in channel.values[first..first + tile.width()].iter_mut().zip(line) {
-                    *value = pixel[c];
-                }
-            }
-        }
+    fn put(&mut self, tile: Region, pixels: &[Pixel]) -> Vec<Image> {
+        place(&mut self.image, tile, pixels);
         self.finished_buckets(tile)
     }
 

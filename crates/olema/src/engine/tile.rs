@@ -33,8 +33,11 @@ use super::{Hooks, Stopwatch};
 const DRAWN_BETWEEN_CLEANUPS: usize = 4096;
 
 /// Bytes of a vertex's shading variables and colours, and of its place at one motion key.
-const VERTEX_BYTES: u64 = 8 * 12 + 6 * 4 + 12;
+const VERTEX_BYTES: u64 = 4 * 12 + 6 * 4 + 16;
 const KEY_BYTES: u64 = 16;
+
+/// A grid whose box takes this part of its piece's may be hidden where the piece was not.
+const CLEARLY_LESS: f32 = 0.75;
 
 /// A pixel whose filter finds nothing.
 const EMPTY_PIXEL: Pixel = [0.0, 0.0, 0.0, 0.0, f32::INFINITY];
@@ -128,7 +131,7 @@ impl<'a> TileWorker<'a> {
             Ok(()) => {
                 let watch = Stopwatch::new(self.hooks);
                 let mut pixels = Vec::with_capacity(interior.num_pixels());
-                self.colors.filter(&self.frame.filter, &self.buffers.samples, interior, &mut pixels);
+                self.colors.resolve(&self.buffers, &self.frame.filter, interior, &mut pixels);
                 self.finish(&mut pixels);
                 self.stats.seconds.resolve += watch.seconds();
                 Ok(pixels)
@@ -162,7 +165,9 @@ impl<'a> TileWorker<'a> {
         self.buffers.samples.renew(&self.frame.pattern, region);
         self.buffers.nearest.renew(region);
         self.buffers.transparent.renew();
-        self.buffers.slots.clear();
+        let mut workspace = self.workspace.borrow_mut();
+        self.buffers.slots.drain().for_each(|grid| workspace.let_go(grid));
+        drop(workspace);
         self.buffers.used.clear();
         if let Some(occluders) = &mut self.occluders {
             occluders.renew(&self.buffers.samples);
@@ -183,9 +188,6 @@ impl<'a> TileWorker<'a> {
             self.stats.peels += 1;
         }
         self.shade_used();
-        let watch = Stopwatch::new(self.hooks);
-        self.colors.composite_opaque(&self.buffers);
-        self.stats.seconds.resolve += watch.seconds();
         let counts = self.buffers.counts;
         self.stats.sample_tests += counts.tests;
         self.stats.sample_hits += counts.hits;
@@ -267,10 +269,20 @@ impl<'a> TileWorker<'a> {
         }
     }
 
-    /// Whether a grid is hidden before it is shaded, now that it is known where its vertices are.
-    fn is_hidden_before_shading(&mut self, grid: &Grid) -> bool {
-        let places = self.frame.cull.as_ref().map(|plan| plan.settings().at);
-        places.is_some_and(|places| places.shade)
+    /// Whether a grid is hidden before it is shaded, now that it is known where its vertices are. Where that is about as
+    /// much as was known of its piece, which was found to be seen just before, nobody asks again: of the torus one grid of
+    /// 400 was hidden then.
+    fn is_hidden_before_shading(&mut self, grid: &Grid, of_piece: &Bound) -> bool {
+        let Some(places) = self.frame.cull.as_ref().map(|plan| plan.settings().at) else {
+            return false;
+        };
+        let area = |sweep: &Sweep| {
+            let [x0, x1, y0, y1] = sweep.whole();
+            (x1 - x0) * (y1 - y0)
+        };
+        let knows_more = || area(&grid.sweep) < CLEARLY_LESS * area(&of_piece.sweep);
+        places.shade
+            && (!places.dice || knows_more())
             && self.is_hidden(&grid.sweep, |occlusion| &mut occlusion.shade)
     }
 
@@ -289,7 +301,8 @@ impl<'a> TileWorker<'a> {
     /// Draws what a piece is diced to, shaded first where its opacity is not known without.
     fn draw_piece(&mut self, piece: &Piece, bounds: &Bound) -> Result<(), Stop> {
         let grid = self.grid(piece, bounds);
-        if self.is_hidden_before_shading(&grid.grid) {
+        if self.is_hidden_before_shading(&grid.grid, bounds) {
+            self.workspace.borrow_mut().let_go(grid);
             return Ok(());
         }
         let way = self.frame.settings.shade;
@@ -297,7 +310,11 @@ impl<'a> TileWorker<'a> {
         let watch = Stopwatch::new(self.hooks);
         let drawn = self.buffers.draw(&self.frame.draw_context(), &grid, colors.as_ref());
         self.stats.seconds.sample += watch.seconds();
-        let Some(slot) = drawn.map_err(|_| Stop::SlotsFull)? else { return Ok(()) };
+        let Some(slot) = drawn.map_err(|_| Stop::SlotsFull)? else {
+            drop(colors);
+            self.workspace.borrow_mut().let_go(grid);
+            return Ok(());
+        };
         if let Some(occluders) = &mut self.occluders {
             occluders.drew(to_pixels(grid.grid.sweep.whole()));
         }
@@ -387,6 +404,9 @@ impl<'a> TileWorker<'a> {
     /// Background, then exposure.
     fn finish(&self, pixels: &mut [Pixel]) {
         let settings = self.frame.settings;
+        if settings.background.is_none() && settings.exposure == [1.0; 2] {
+            return;
+        }
         for pixel in pixels {
             let [r, g, b, a, z] = *pixel;
             let [r, g, b, a] =

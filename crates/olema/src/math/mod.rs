@@ -137,6 +137,16 @@ impl Vec3s {
         Vec3s { floats: vec![0.0; 3 * len], room: len, len: 0 }
     }
 
+    /// Bytes that they take, with those there is room for.
+    pub fn bytes(&self) -> usize {
+        4 * self.floats.capacity()
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
     /// Number of vectors.
     pub fn len(&self) -> usize {
         self.len
@@ -191,6 +201,12 @@ impl Vec3s {
         let before = self.len.min(len);
         self.len = len;
         self.axes_mut().into_iter().for_each(|all| all[before..].fill(0.0));
+    }
+
+    /// Makes it `len` long, with anything in it.
+    pub fn set_len(&mut self, len: usize) {
+        self.grow(len);
+        self.len = len;
     }
 
     /// Makes it at least `len` long.

@@ -171,10 +171,7 @@ fn farthest<L: Lanes, const R: usize>(
     let rank_bits = lanes.splat(R as i32 - 1);
     for row in rows.ranges() {
         for first in (row.start + block * LANES..row.end).step_by(LANES * num_blocks) {
-            let mut depths = [0.0; LANES];
-            let records = drawn.buffer.records_of(first..first + LANES);
-            depths.iter_mut().zip(records).for_each(|(depth, record)| *depth = record.depth);
-            let depth = lanes.load_f(&depths, 0);
+            let depth = lanes.load_f(drawn.buffer.depths(), first);
             nearest = lanes.lesser(depth, nearest);
             if R == 1 {
                 farthest[0] = lanes.greater(depth, farthest[0]);

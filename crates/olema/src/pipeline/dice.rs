@@ -17,6 +17,7 @@ use super::lattice::Lattice;
 use super::motion::{placement, placements};
 use super::piece::{Piece, PieceKind};
 use super::primvar::{each_variable, has_variables, texture_coordinates};
+use super::spare::{GridLists, Spare};
 use super::split::SplitContext;
 use super::workspace::Workspace;
 
@@ -71,8 +72,24 @@ impl PrimitiveInfo {
 pub struct Diced {
     /// Where its vertices are.
     pub grid: Grid,
-    /// What shaders see of them.
+    /// What shaders see of them; lists that are [`Implied`] are empty.
     pub points: ShadingPoints,
+    /// The rest of what shaders see.
+    pub implied: Implied,
+    /// Lists that are left for its shading.
+    pub left: GridLists,
+}
+
+/// What shaders see of vertices where [`ShadingPoints`] has no list of it: most grids need no more of these lists than one
+/// to be shaded with, and many grids live at a time. Ng without a list is N.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Implied {
+    /// Colour of all vertices.
+    pub cs: Vec3,
+    /// Opacity of all vertices.
+    pub os: Vec3,
+    /// Whether I is the position; else it is along z.
+    pub from_eye: bool,
 }
 
 /// Dices `piece`, whose kind is `PieceKind::Lattice`.
@@ -84,7 +101,7 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
     let inputs = primitive.attributes.surface.traits().inputs;
     let mut workspace = context.workspace.borrow_mut();
     let wanted = workspace.set(context, piece, inputs, info.displacement.is_some() && inputs.n);
-    let mut grid = empty_grid(frame, piece, info.look);
+    let (mut grid, mut lists) = empty_grid(frame, piece, info.look, &mut workspace.spare);
     let [from, to] = info.shading.keys;
     for key in 0..frame.patches.num_keys(piece.patch) {
         let is_shaded = key == from || key == to && info.shading.part > 0.0;
@@ -96,17 +113,21 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
         }
     }
     workspace.close(frame, &mut grid);
-    let mut points = shading_points(context, piece.patch, &workspace, inputs);
+    let mut points = shading_points(context, piece.patch, &workspace, inputs, &mut lists);
     primitive_variables(frame, piece.patch, &mut points, &workspace.lattice, primitive, info);
     workspace.displaced_normals(context, piece.patch, |vertex, normal| {
         points.n.set(vertex, normal);
-        points.ng.set(vertex, normal);
+        if !points.ng.is_empty() {
+            points.ng.set(vertex, normal);
+        }
     });
-    Diced { grid, points }
+    let attributes = &primitive.attributes;
+    let [cs, os] = [attributes.color, attributes.opacity].map(Vec3::from_array);
+    Diced { grid, points, implied: Implied { cs, os, from_eye: frame.camera.perspective }, left: lists }
 }
 
-/// A grid without vertices yet.
-fn empty_grid(frame: &SplitContext, piece: &Piece, look: Look) -> Grid {
+/// A grid without vertices yet, and lists for what shaders see of it.
+fn empty_grid(frame: &SplitContext, piece: &Piece, look: Look, spare: &mut Spare) -> (Grid, GridLists) {
     let PieceKind::Lattice { i, j, .. } = piece.kind else {
         unreachable!("only pieces with a lattice are diced");
     };
@@ -116,7 +137,16 @@ fn empty_grid(frame: &SplitContext, piece: &Piece, look: Look) -> Grid {
     let [m, n] = [i, j].map(|[from, to]| u32::from(to - from));
     let num_vertices = (m as usize + 1) * (n as usize + 1);
     let room = num_vertices * frame.patches.num_keys(piece.patch);
-    Grid { m, n, motion: patch.motion, ..Grid::empty(key, look, room) }
+    let mut lists = spare.take(room);
+    let mut grid = Grid { m, n, motion: patch.motion, ..Grid::empty(key, look, 0) };
+    std::mem::swap(&mut grid.x, &mut lists.x);
+    std::mem::swap(&mut grid.y, &mut lists.y);
+    std::mem::swap(&mut grid.depth, &mut lists.depth);
+    std::mem::swap(&mut grid.coc, &mut lists.coc);
+    grid.x.reserve_exact(room);
+    grid.y.reserve_exact(room);
+    grid.depth.reserve_exact(room);
+    (grid, lists)
 }
 
 /// What shaders see of a grid's vertices, with the normals of the surface before it is displaced; what `inputs` does not
@@ -126,19 +156,17 @@ fn shading_points(
     patch: u32,
     workspace: &Workspace,
     inputs: Inputs,
+    lists: &mut GridLists,
 ) -> ShadingPoints {
     let (lattice, shaded) = (&workspace.lattice, &workspace.shaded);
     let vertices = 0..lattice.num_vertices();
     let copy = |all: &Vec3s| all.copied(vertices.clone());
-    let mut points = ShadingPoints { p: copy(&shaded.vertices), ..ShadingPoints::default() };
-    points.i = if context.frame.camera.perspective {
-        points.p.clone()
-    } else {
-        Vec3s::splat(Vec3::Z, vertices.len())
-    };
+    let mut points = ShadingPoints::default();
+    std::mem::swap(&mut points.p, &mut lists.p);
+    points.p.assign(&shaded.vertices, vertices.clone());
     if inputs.n {
-        points.ng = copy(&shaded.points.normal);
-        points.n = points.ng.clone();
+        std::mem::swap(&mut points.n, &mut lists.n);
+        points.n.assign(&shaded.points.normal, vertices.clone());
     }
     let [u0, u1, v0, v1] = context.frame.patches.patches[patch as usize].params;
     if inputs.derivatives {
@@ -155,7 +183,7 @@ fn shading_points(
     points
 }
 
-/// Colour, opacity, texture coordinates and the rest of the primitive's variables.
+/// Texture coordinates and the primitive's variables.
 fn primitive_variables(
     context: &SplitContext,
     patch_ix: u32,
@@ -165,8 +193,6 @@ fn primitive_variables(
     info: &PrimitiveInfo,
 ) {
     let attributes = &primitive.attributes;
-    points.cs = Vec3s::splat(Vec3::from_array(attributes.color), lattice.num_vertices());
-    points.os = Vec3s::splat(Vec3::from_array(attributes.opacity), lattice.num_vertices());
     let reads_st = attributes.surface.traits().inputs.st;
     if !reads_st && !has_variables(primitive) {
         return;
@@ -196,7 +222,7 @@ fn assign(points: &mut ShadingPoints, name: &str, num_floats: usize, floats: Vec
         ("Cs", 3) => points.cs = three(),
         ("Os", 3) => points.os = three(),
         ("s" | "t", 1) | ("st", 2) => {} // Texture coordinates have a rule of their own.
-        ("N", 3) => points.n = three(),
+        ("N", 3) => points.ng = std::mem::replace(&mut points.n, three()),
         _ => points.vars.push(PointVar { name: name.into(), num_floats, values: floats }),
     }
 }

@@ -126,7 +126,7 @@ impl Grid {
             self.sweep = Sweep::of_keys(keys, key_times);
         }
         if self.coc.iter().all(|&coc| coc == 0) {
-            self.coc = Vec::new();
+            self.coc.clear();
         }
     }
 

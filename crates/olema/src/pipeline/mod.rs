@@ -34,6 +34,7 @@ pub mod resolve;
 pub mod sample;
 pub mod shade;
 pub mod slots;
+pub mod spare;
 pub mod split;
 mod surface_lists;
 pub mod sweep;

@@ -5,8 +5,11 @@
 //! again, and a sample of a blurred surface costs what one of a still surface does. Every sum runs over rows, columns and
 //! samples in this order, whatever the tile, so that a pixel has the same bits in every tiling.
 
+use glam::Vec4;
+
 use crate::image::Filter;
-use crate::sampling::{Record, Region, RegionSamples, SamplePattern};
+use crate::sampling::inside::Weights;
+use crate::sampling::{Payload, Record, Region, RegionSamples, SamplePattern};
 use crate::scene::ShadingInterpolation;
 
 use super::grid::{Grid, triangles};
@@ -54,9 +57,11 @@ pub struct SampleColors {
     /// What is in front of the nearest opaque surfaces; empty where nothing is.
     in_front: Vec<SampleColor>,
     /// Colour and alpha.
-    rgba: Vec<[f32; 4]>,
-    /// Depth of the nearest surface of any kind.
+    rgba: Vec<Vec4>,
+    /// Depth of the nearest surface of any kind, where something is in front.
     depth: Vec<f32>,
+    /// Whether anything was hit in each pixel.
+    is_hit: Vec<bool>,
 }
 
 impl SampleColors {
@@ -74,53 +79,67 @@ impl SampleColors {
             self.in_front.resize(samples.len(), SampleColor::EMPTY);
         }
         for record in records {
-            let Some(surface) = slots.surface(record.hit.payload) else { continue };
-            used.insert(surface.0, record.hit.payload);
-            let (color, opacity) = surface_at(surface, &record.hit);
-            self.in_front[record.sample_ix as usize].behind(color, opacity, record.hit.depth);
+            let Some((grid, colors)) = slots.surface(record.hit.payload) else { continue };
+            used.insert(grid, record.hit.payload);
+            let color = SlotColors::of(Some((grid, colors))).at(record.hit.payload, record.hit.weights);
+            let opacity = &colors.opacity;
+            let opacity = if opacity.is_empty() { [1.0; 3] } else { mix(grid, opacity.axes(), &record.hit) };
+            let sample = &mut self.in_front[record.sample_ix as usize];
+            sample.behind(color.truncate().to_array(), opacity, record.hit.depth);
         }
     }
 
-    /// Puts the nearest opaque surfaces behind everything.
-    pub fn composite_opaque(&mut self, buffers: &TileBuffers) {
-        self.rgba.clear();
-        self.depth.clear();
-        self.depth.extend_from_slice(buffers.nearest.depths());
-        // Samples next to each other are mostly of one grid.
-        let mut last: Option<(u32, Option<(&Grid, &Colors)>)> = None;
-        let opaque = buffers.nearest.records().map(|record| {
-            if record.is_none() {
-                return (SampleColor::EMPTY.color, [0.0; 3]);
-            }
-            let slot = record.payload.slot();
-            let surface = match last {
-                Some((known, surface)) if known == slot => surface,
-                _ => buffers.slots.surface(record.payload),
-            };
-            last = Some((slot, surface));
-            surface.map_or(([0.0; 3], [0.0; 3]), |surface| (color_at(surface, &record), opacity(surface.0)))
-        });
-        if self.in_front.is_empty() {
-            self.rgba.extend(opaque.map(|([r, g, b], opacity)| [r, g, b, opacity[0]]));
-            return;
-        }
-        let samples = self.in_front.iter_mut().zip(opaque).zip(&mut self.depth);
-        self.rgba.extend(samples.map(|((sample, (color, opacity)), depth)| {
-            sample.behind(color, opacity, *depth);
-            *depth = sample.depth;
-            sample.rgba()
-        }));
-    }
-
-    /// Filters the pixels of `interior`, which lie in the larger region of `samples`.
-    pub fn filter(
-        &self,
+    /// The pixels of `interior`, once all passes are composited: the nearest opaque surfaces are put behind everything,
+    /// and samples are filtered.
+    pub fn resolve(
+        &mut self,
+        buffers: &TileBuffers,
         table: &FilterTable,
-        samples: &RegionSamples,
         interior: Region,
         pixels: &mut Vec<Pixel>,
     ) {
-        let filtered = Filtered { table, samples, depth: &self.depth, rgba: &self.rgba };
+        let looked_up: Vec<SlotColors> = buffers.slots.surfaces().map(SlotColors::of).collect();
+        if self.in_front.is_empty() && table.is_mean {
+            return mean_pixels(buffers, &looked_up, interior, pixels);
+        }
+        self.composite_opaque(buffers, &looked_up);
+        self.filter(table, buffers, interior, pixels);
+    }
+
+    /// Puts the nearest opaque surfaces behind everything.
+    fn composite_opaque(&mut self, buffers: &TileBuffers, looked_up: &[SlotColors]) {
+        self.rgba.clear();
+        self.is_hit.clear();
+        let (_, payloads, _) = buffers.nearest.lists(0..buffers.nearest.len());
+        let is_hit = |pixel: &[i32]| pixel.iter().any(|&payload| Payload(payload as u32) != Payload::NONE);
+        let pixels = payloads.chunks_exact(buffers.nearest.samples_per_pixel());
+        self.is_hit.extend(pixels.map(|pixel| !self.in_front.is_empty() || is_hit(pixel)));
+        let opaque = buffers.nearest.records().map(|record| {
+            if record.is_none() {
+                return Vec4::ZERO;
+            }
+            let slot = &looked_up[record.payload.slot() as usize];
+            slot.at(record.payload, record.weights).with_w(slot.covers as f32)
+        });
+        if self.in_front.is_empty() {
+            self.rgba.extend(opaque);
+            return;
+        }
+        self.depth.clear();
+        self.depth.extend_from_slice(buffers.nearest.depths());
+        let samples = self.in_front.iter_mut().zip(opaque).zip(&mut self.depth);
+        self.rgba.extend(samples.map(|((sample, rgba), depth)| {
+            sample.behind(rgba.truncate().to_array(), [rgba.w; 3], *depth);
+            *depth = sample.depth;
+            Vec4::from_array(sample.rgba())
+        }));
+    }
+
+    /// Filters the pixels of `interior`, which lie in the larger region of the samples.
+    fn filter(&self, table: &FilterTable, buffers: &TileBuffers, interior: Region, pixels: &mut Vec<Pixel>) {
+        let depth = if self.in_front.is_empty() { buffers.nearest.depths() } else { &self.depth };
+        let (samples, is_hit) = (&buffers.samples, &self.is_hit[..]);
+        let filtered = Filtered { table, samples, depth, rgba: &self.rgba, is_hit };
         for py in interior.y0..interior.y1 {
             let mut px = interior.x0;
             while px + TOGETHER as i32 <= interior.x1 {
@@ -132,42 +151,96 @@ impl SampleColors {
     }
 }
 
-/// Opacity of an opaque surface. A hole hides what is behind it and is nothing itself.
-#[inline(always)]
-fn opacity(grid: &Grid) -> [f32; 3] {
-    if grid.look.matte { [0.0; 3] } else { [1.0; 3] }
+/// Pixels of a filter that counts a pixel's own samples alike, where nothing transparent is in front: the same sums as
+/// [`Filtered::pixels`], without a list of colours in between.
+fn mean_pixels(buffers: &TileBuffers, looked_up: &[SlotColors], interior: Region, pixels: &mut Vec<Pixel>) {
+    let nearest = &buffers.nearest;
+    let per_pixel = nearest.samples_per_pixel();
+    let scale = 1.0 / per_pixel as f32;
+    for py in interior.y0..interior.y1 {
+        let first = nearest.region().pixel_ix(interior.x0, py) * per_pixel;
+        let row = first..first + interior.width() * per_pixel;
+        let (depths, payloads, weights) = nearest.lists(row);
+        let samples = payloads.chunks_exact(per_pixel).zip(weights.chunks_exact(per_pixel));
+        pixels.extend(samples.zip(depths.chunks_exact(per_pixel)).map(|((payloads, weights), depths)| {
+            let (mut sum, mut covered) = (Vec4::ZERO, 0);
+            for (&payload, &weights) in payloads.iter().zip(weights) {
+                let payload = Payload(payload as u32);
+                // Nothing adds nothing.
+                if payload != Payload::NONE {
+                    let slot = &looked_up[payload.slot() as usize];
+                    sum += slot.at(payload, Weights(weights as u32));
+                    covered += slot.covers;
+                }
+            }
+            let [r, g, b, _] = (sum * scale).to_array();
+            [r, g, b, covered as f32 * scale, least(depths)]
+        }));
+    }
 }
 
-/// Colour and opacity of a surface where it was hit.
-fn surface_at((grid, colors): (&Grid, &Colors), hit: &Record) -> ([f32; 3], [f32; 3]) {
-    let opacity = &colors.opacity;
-    let opacity = if opacity.is_empty() { [1.0; 3] } else { mix(grid, opacity.axes(), hit) };
-    (color_at((grid, colors), hit), opacity)
+/// The least of depths; infinite where there is none.
+#[inline(always)]
+fn least(depths: &[f32]) -> f32 {
+    depths.iter().fold(f32::INFINITY, |least, &depth| if depth < least { depth } else { least })
 }
 
-#[inline(always)]
-fn color_at((grid, colors): (&Grid, &Colors), hit: &Record) -> [f32; 3] {
-    mix(grid, colors.color.axes(), hit)
+/// A slot's grid as far as colours at its hits are concerned: what each of them reads, and no more.
+#[derive(Debug, Clone, Copy)]
+struct SlotColors<'a> {
+    /// At the vertices; none for a hole, and where nothing is looked up.
+    colors: &'a [Vec4],
+    /// Columns of micropolygons.
+    columns: u32,
+    /// 2^24 over the columns, rounded up: a product with it tells a micropolygon's row, without a division.
+    rows: u32,
+    /// 1 where it is opaque; 0 for a hole, which hides what is behind it and is nothing itself.
+    covers: u32,
+    /// Whether a micropolygon has the colour of its first vertex.
+    is_flat: bool,
+}
+
+impl<'a> SlotColors<'a> {
+    fn of(surface: Option<(&'a Grid, &'a Colors)>) -> Self {
+        let Some((grid, colors)) = surface.filter(|(grid, _)| !grid.look.matte) else {
+            return SlotColors { colors: &[], columns: 1, rows: 0, covers: 0, is_flat: true };
+        };
+        SlotColors {
+            colors: &colors.color,
+            columns: grid.m,
+            rows: (1u32 << 24).div_ceil(grid.m),
+            covers: 1,
+            is_flat: grid.look.interpolation == ShadingInterpolation::Constant,
+        }
+    }
+
+    /// The colour where a micropolygon was hit: that of its first vertex, or interpolated. Its fourth component is 0.
+    #[inline(always)]
+    fn at(&self, payload: Payload, weights: Weights) -> Vec4 {
+        let micropolygon = payload.micropolygon();
+        // Right for up to 2^12 micropolygons. Corners as in `Grid::corners` and `triangles`.
+        let row = (u64::from(micropolygon) * u64::from(self.rows)) >> 24;
+        let (v0, columns) = (micropolygon as usize + row as usize, self.columns as usize);
+        if self.is_flat {
+            return self.colors.get(v0).copied().unwrap_or(Vec4::ZERO);
+        }
+        let across = v0 + columns + 2;
+        let [v1, v2] = if payload.triangle() == 0 { [v0 + 1, across] } else { [across, across - 1] };
+        let [w0, w1, w2] = weights.get();
+        self.colors[v0] * w0 + self.colors[v1] * w1 + self.colors[v2] * w2
+    }
 }
 
 /// What values at the vertices are where a micropolygon was hit: those of its first vertex, or interpolated.
-#[inline(always)]
 fn mix(grid: &Grid, values: [&[f32]; 3], hit: &Record) -> [f32; 3] {
     let micropolygon = hit.payload.micropolygon() as usize;
-    let [x, y, z] = values;
     if grid.look.interpolation == ShadingInterpolation::Constant {
         let v0 = grid.corners(micropolygon)[0];
-        return [x[v0], y[v0], z[v0]];
+        return values.map(|values| values[v0]);
     }
     let v = triangles(grid, micropolygon)[hit.payload.triangle() as usize];
     let w = hit.weights.get();
-    // Written out: `array::map` is a call for each.
-    [between(x, v, w), between(y, v, w), between(z, v, w)]
-}
-
-#[inline(always)]
-fn between(values: &[f32], v: [usize; 3], w: [f32; 3]) -> f32 {
-    values[v[0]] * w[0] + values[v[1]] * w[1] + values[v[2]] * w[2]
+    values.map(|values| values[v[0]] * w[0] + values[v[1]] * w[1] + values[v[2]] * w[2])
 }
 
 /// Weights of a filter at every place that a sample of the pattern can have.
@@ -176,6 +249,12 @@ pub struct FilterTable {
     filter: Filter,
     /// Pixels to each side whose samples can count.
     pub radius: [i32; 2],
+    /// Whether a pixel is the mean of its own samples.
+    is_mean: bool,
+    /// Whether no weight is below 0.
+    is_positive: bool,
+    /// For each offset the samples of a pixel that have a weight other than 0 for some tuple; where weights are tabulated.
+    counted: Vec<Vec<u16>>,
     /// Weight of tuple `t` in the pixel at offset (x, y): `[((y + ry) * width + x + rx) * N + t]`; empty where that
     /// would be too large.
     weights: Vec<f32>,
@@ -190,7 +269,17 @@ impl FilterTable {
     pub fn new(filter: Filter, pattern: &SamplePattern) -> Self {
         let radius = filter.radius_px().map(|r| r as i32);
         let places: Vec<[u8; 2]> = pattern.tuples().iter().map(|t| [t.x, t.y]).collect();
-        let mut table = FilterTable { filter, radius, weights: Vec::new(), places };
+        let mut table = FilterTable {
+            filter,
+            radius,
+            is_mean: false,
+            is_positive: false,
+            counted: Vec::new(),
+            weights: Vec::new(),
+            places,
+        };
+        table.is_mean = radius == [0; 2]
+            && (0..table.places.len() as u32).all(|tuple| table.compute(tuple, [0; 2]) == 1.0);
         let [width, height] = radius.map(|r| (2 * r + 1) as usize);
         if table.places.len().saturating_mul(width * height) <= MOST_WEIGHTS {
             let mut weights = Vec::with_capacity(table.places.len() * width * height);
@@ -199,17 +288,25 @@ impl FilterTable {
                     weights.extend((0..table.places.len() as u32).map(|tuple| table.compute(tuple, [x, y])));
                 }
             }
+            table.is_positive = weights.iter().all(|&weight| weight >= 0.0);
+            let num_ranks = (pattern.tile() * pattern.tile()) as usize;
+            let counted = |of_offset: &[f32]| {
+                let strata = (0u16..).zip(of_offset.chunks_exact(num_ranks));
+                strata.filter(|(_, of)| of.iter().any(|&w| w != 0.0)).map(|(stratum, _)| stratum).collect()
+            };
+            table.counted = weights.chunks_exact(table.places.len()).map(counted).collect();
             table.weights = weights;
         }
         table
     }
 
-    /// Weights of all tuples in the pixel `offset` away from the one that is filtered, where they are tabulated.
+    /// Weights of all tuples in the pixel `offset` away from the one that is filtered, and the samples of that pixel for
+    /// which one of them is not 0, where they are tabulated.
     #[inline(always)]
-    fn of_offset(&self, [x, y]: [i32; 2]) -> Option<&[f32]> {
+    fn of_offset(&self, [x, y]: [i32; 2]) -> Option<(&[f32], &[u16])> {
         let (width, num) = (2 * self.radius[0] + 1, self.places.len());
         let row = ((y + self.radius[1]) * width + x + self.radius[0]) as usize;
-        self.weights.get(row * num..(row + 1) * num)
+        Some((self.weights.get(row * num..(row + 1) * num)?, self.counted.get(row)?))
     }
 
     fn compute(&self, tuple: u32, offset: [i32; 2]) -> f32 {
@@ -233,44 +330,57 @@ struct Filtered<'a> {
     /// Depth of the samples.
     depth: &'a [f32],
     /// Colour and alpha of the samples.
-    rgba: &'a [[f32; 4]],
+    rgba: &'a [Vec4],
+    /// Whether anything was hit in each pixel.
+    is_hit: &'a [bool],
 }
 
 impl Filtered<'_> {
     /// `NUM` pixels of a row from (px, py) on.
     fn pixels<const NUM: usize>(&self, px: i32, py: i32) -> [Pixel; NUM] {
-        let Filtered { table, samples, depth, rgba } = self;
+        let Filtered { table, samples, depth, rgba, .. } = self;
+        if table.is_positive && !self.is_any_hit(px, py, NUM) {
+            return [[0.0, 0.0, 0.0, 0.0, f32::INFINITY]; NUM];
+        }
         let per_pixel = samples.samples_per_pixel();
-        let mut sums = [[0.0f32; 4]; NUM];
+        let mut sums = [Vec4::ZERO; NUM];
         let mut totals = [0.0f32; NUM];
         for y in -table.radius[1]..=table.radius[1] {
             for x in -table.radius[0]..=table.radius[0] {
                 let first = samples.region.pixel_ix(px + x, py + y) * per_pixel;
                 let (tuples, rgba) = (&samples.tuples[first..], &rgba[first..]);
                 let (tuples, rgba) = (&tuples[..NUM * per_pixel], &rgba[..NUM * per_pixel]);
-                let weights = table.of_offset([x, y]);
-                for j in 0..per_pixel {
-                    for i in 0..NUM {
-                        let (tuple, value) = (tuples[i * per_pixel + j], rgba[i * per_pixel + j]);
-                        let weight = match weights {
-                            Some(weights) => weights[tuple as usize],
-                            None => table.compute(tuple, [x, y]),
-                        };
-                        totals[i] += weight;
-                        for c in 0..4 {
-                            sums[i][c] += weight * value[c];
-                        }
+                let mut add = |i: usize, j: usize, weight: f32| {
+                    totals[i] += weight;
+                    sums[i] += rgba[i * per_pixel + j] * weight;
+                };
+                if let Some((weights, counted)) = table.of_offset([x, y]) {
+                    // What has no weight adds nothing.
+                    for j in counted.iter().map(|&j| usize::from(j)) {
+                        (0..NUM).for_each(|i| add(i, j, weights[tuples[i * per_pixel + j] as usize]));
+                    }
+                } else {
+                    for j in 0..per_pixel {
+                        (0..NUM).for_each(|i| add(i, j, table.compute(tuples[i * per_pixel + j], [x, y])));
                     }
                 }
             }
         }
         let first = samples.region.pixel_ix(px, py) * per_pixel;
         std::array::from_fn(|i| {
-            let of_pixel = &depth[first + i * per_pixel..first + (i + 1) * per_pixel];
-            let depth = of_pixel.iter().fold(f32::INFINITY, |least, &depth| least.min(depth));
+            let depth = least(&depth[first + i * per_pixel..first + (i + 1) * per_pixel]);
             let scale = if totals[i] == 0.0 { 0.0 } else { 1.0 / totals[i] };
-            let sum = sums[i];
-            [sum[0] * scale, sum[1] * scale, sum[2] * scale, sum[3] * scale, depth]
+            let [r, g, b, a] = (sums[i] * scale).to_array();
+            [r, g, b, a, depth]
+        })
+    }
+
+    /// Whether anything was hit in the pixels that `num` pixels of a row from (px, py) on are filtered from.
+    fn is_any_hit(&self, px: i32, py: i32, num: usize) -> bool {
+        let [rx, ry] = self.table.radius;
+        (py - ry..=py + ry).any(|y| {
+            let first = self.samples.region.pixel_ix(px - rx, y);
+            self.is_hit[first..first + num + 2 * rx as usize].iter().any(|&is_hit| is_hit)
         })
     }
 }

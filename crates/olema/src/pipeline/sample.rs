@@ -160,14 +160,17 @@ impl TileBuffers {
     /// Adds the vertices of the nearest opaque hits to [`Self::used`].
     pub fn note_used(&mut self) {
         let mut last = Payload::NONE;
-        for record in self.nearest.records() {
+        let (_, payloads, _) = self.nearest.lists(0..self.nearest.len());
+        for payload in payloads.iter().map(|&bits| Payload(bits as u32)) {
             // Samples of a pixel often hit the same.
-            if record.payload == last || record.is_none() {
+            if payload == last || payload == Payload::NONE {
                 continue;
             }
-            last = record.payload;
-            if let Some(shaded) = self.slots.grid(last.slot()) {
-                self.used.insert(&shaded.grid, last);
+            last = payload;
+            if !self.used.insert_known(payload)
+                && let Some(shaded) = self.slots.grid(payload.slot())
+            {
+                self.used.insert(&shaded.grid, payload);
             }
         }
     }

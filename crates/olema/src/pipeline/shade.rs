@@ -6,19 +6,21 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use crate::math::Vec3s;
 use crate::shading::{OpacityUse, PlacedLight, ShadedPoints, ShadingPoints, SurfaceShader};
 
-use super::dice::Diced;
+use super::dice::{Diced, Implied};
 use super::grid::Grid;
+use super::spare::GridLists;
 
 /// Colour and opacity of a grid's vertices.
 #[derive(Debug, Clone, Default)]
 pub struct Colors {
-    /// Colour, multiplied by opacity.
-    pub color: Vec3s,
+    /// Colour, multiplied by opacity; the fourth component is 0. One load a vertex for resolve, which reads them in no
+    /// order. None before any is known, and none for a hole.
+    pub color: Vec<Vec4>,
     /// Opacity; empty where all of it is 1.
     pub opacity: Vec3s,
 }
@@ -43,6 +45,35 @@ impl VertexSet {
             self.words.resize(word + 1, 0);
         }
         self.words[word] |= 1 << (vertex % 64);
+    }
+
+    /// Makes room for vertices below `num`, and a word more.
+    pub(super) fn make_room(&mut self, num: usize) {
+        self.words.resize(self.words.len().max(num / 64 + 2), 0);
+    }
+
+    /// Adds `first + i` where bit i of `bits` is set; there has to be room.
+    #[inline(always)]
+    pub(super) fn insert_word(&mut self, first: usize, bits: u64) {
+        let (word, shift) = (first / 64, first % 64);
+        self.words[word] |= bits << shift;
+        // Two shifts, as one by 64 is none.
+        self.words[word + 1] |= bits >> 1 >> (63 - shift);
+    }
+
+    /// Appends its vertices to `list`, in order.
+    fn list(&self, list: &mut Vec<u32>) {
+        for (&word, first) in self.words.iter().zip((0u32..).step_by(64)) {
+            if word == u64::MAX {
+                list.extend(first..first + 64);
+                continue;
+            }
+            let mut left = word;
+            while left != 0 {
+                list.push(first + left.trailing_zeros());
+                left &= left - 1;
+            }
+        }
     }
 
     /// Whether it holds a vertex.
@@ -125,8 +156,86 @@ pub struct ShadedCount {
 pub struct ShadeLists {
     new: VertexSet,
     vertices: Vec<u32>,
-    /// Opacities of what is opaque, which nobody reads.
-    opacity: Vec3s,
+    /// What a shader writes; what it wrote before for others stays in it.
+    shaded: ShadedPoints,
+    given: Given,
+}
+
+/// Lists of what is [`Implied`].
+#[derive(Debug, Default)]
+struct Given {
+    cs: Alike,
+    os: Alike,
+    along: Alike,
+    i: Vec3s,
+    ng: Vec3s,
+}
+
+/// A vector as often as it is asked for.
+#[derive(Debug, Default)]
+struct Alike {
+    value: Vec3,
+    list: Vec3s,
+    /// As far as `list` holds it.
+    len: usize,
+}
+
+impl Alike {
+    fn take(&mut self, value: Vec3, len: usize) -> Vec3s {
+        if self.len < len || self.value.to_array().map(f32::to_bits) != value.to_array().map(f32::to_bits) {
+            (self.value, self.len) = (value, len);
+            self.list.set_len(len);
+            let axes = self.list.axes_mut().into_iter().zip(value.to_array());
+            axes.for_each(|(axis, component)| axis.fill(component));
+        }
+        self.list.set_len(len);
+        std::mem::take(&mut self.list)
+    }
+}
+
+impl Given {
+    /// Shades with `points` and what is implied.
+    fn shade(
+        &mut self,
+        points: &mut ShadingPoints,
+        implied: &Implied,
+        vertices: &[u32],
+        shader: Shader,
+        out: &mut ShadedPoints,
+    ) {
+        let len = points.p.len();
+        let [cs, os, i, ng] = [&points.cs, &points.os, &points.i, &points.ng].map(Vec3s::is_empty);
+        if cs {
+            points.cs = self.cs.take(implied.cs, len);
+        }
+        if os {
+            points.os = self.os.take(implied.os, len);
+        }
+        if i && implied.from_eye {
+            self.i.assign(&points.p, 0..len);
+            std::mem::swap(&mut points.i, &mut self.i);
+        } else if i {
+            points.i = self.along.take(Vec3::Z, len);
+        }
+        if ng {
+            self.ng.assign(&points.n, 0..points.n.len());
+            std::mem::swap(&mut points.ng, &mut self.ng);
+        }
+        shader.surface.shade(points, vertices, shader.lights, out);
+        if cs {
+            self.cs.list = std::mem::take(&mut points.cs);
+        }
+        if os {
+            self.os.list = std::mem::take(&mut points.os);
+        }
+        if i {
+            let list = if implied.from_eye { &mut self.i } else { &mut self.along.list };
+            *list = std::mem::take(&mut points.i);
+        }
+        if ng {
+            self.ng = std::mem::take(&mut points.ng);
+        }
+    }
 }
 
 /// A grid with its colours, as far as they are known.
@@ -143,6 +252,7 @@ pub struct ShadedGrid {
 struct Shading {
     /// What shaders see; let go of when all vertices are shaded.
     points: Option<ShadingPoints>,
+    implied: Implied,
     colors: Arc<Colors>,
     shaded: VertexSet,
     seen: VertexSet,
@@ -151,27 +261,46 @@ struct Shading {
 impl ShadedGrid {
     /// A grid that is not shaded yet.
     pub fn new(diced: Diced, shader: &dyn SurfaceShader) -> Self {
-        let Diced { grid, points } = diced;
+        let Diced { grid, points, implied, left } = diced;
         let keeps = shader.traits().opacity == OpacityUse::Keeps;
-        let zeros = Vec3s::splat(Vec3::ZERO, grid.num_vertices());
-        let colors = Arc::new(Colors { color: zeros, opacity: Vec3s::default() });
-        let surely_opaque = grid.look.matte || keeps && is_opaque(&points.os);
+        let given_opaque =
+            if points.os.is_empty() { implied.os.min_element() >= 1.0 } else { is_opaque(&points.os) };
+        let surely_opaque = grid.look.matte || keeps && given_opaque;
         let points = (!grid.look.matte).then_some(points);
-        let shading = Shading { points, colors, shaded: VertexSet::default(), seen: VertexSet::default() };
+        let colors = Arc::new(Colors { color: left.color, opacity: Vec3s::default() });
+        let (shaded, seen) = (left.shaded, left.seen);
+        let shading = Shading { points, implied, colors, shaded, seen };
         ShadedGrid { grid, surely_opaque, shading: Mutex::new(shading) }
+    }
+
+    /// Its lists, for another grid.
+    pub fn into_lists(self) -> GridLists {
+        let Grid { x, y, depth, coc, .. } = self.grid;
+        let Shading { points, colors, shaded, seen, .. } =
+            self.shading.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let ShadingPoints { p, n, .. } = points.unwrap_or_default();
+        let color = Arc::into_inner(colors).map(|colors| colors.color).unwrap_or_default();
+        let mut lists = GridLists { x, y, depth, coc, p, n, color, shaded, seen };
+        [&mut lists.x, &mut lists.y, &mut lists.coc].into_iter().for_each(Vec::clear);
+        lists.depth.clear();
+        [&mut lists.p, &mut lists.n].into_iter().for_each(Vec3s::clear);
+        lists.color.clear();
+        [&mut lists.shaded, &mut lists.seen].into_iter().for_each(VertexSet::clear);
+        lists
     }
 
     /// Shades all vertices, unless that was done before. A hole has no colours and is not shaded.
     pub fn shade_all(&self, shader: Shader) -> (Arc<Colors>, ShadedCount) {
         let mut shading = self.shading.lock().unwrap_or_else(PoisonError::into_inner);
         let mut count = ShadedCount::default();
-        if let Some(points) = shading.points.take() {
+        if let Some(mut points) = shading.points.take() {
             let vertices: Vec<u32> = (0..self.grid.num_vertices() as u32).collect();
             count.points = vertices.len() as u64;
             let mut shaded = self.blank();
-            shader.surface.shade(&points, &vertices, shader.lights, &mut shaded);
+            Given::default().shade(&mut points, &shading.implied, &vertices, shader, &mut shaded);
             let opacity = if is_opaque(&shaded.oi) { Vec3s::default() } else { shaded.oi };
-            shading.colors = Arc::new(Colors { color: shaded.ci, opacity });
+            let color = (0..vertices.len()).map(|vertex| shaded.ci.get(vertex).extend(0.0)).collect();
+            shading.colors = Arc::new(Colors { color, opacity });
         }
         (Arc::clone(&shading.colors), count)
     }
@@ -186,36 +315,34 @@ impl ShadedGrid {
     ) -> (Arc<Colors>, ShadedCount) {
         debug_assert!(self.surely_opaque, "opacity decides what is visible");
         let mut shading = self.shading.lock().unwrap_or_else(PoisonError::into_inner);
-        let Shading { points, colors, shaded, .. } = &mut *shading;
+        let Shading { points, implied, colors, shaded, .. } = &mut *shading;
         let mut count = ShadedCount::default();
         if let Some(points) = points {
-            let ShadeLists { new, vertices, opacity } = lists;
+            let ShadeLists { new, vertices, shaded: out, given } = lists;
             shaded.take_new(wanted, new);
             if !new.is_empty() {
                 let needs_ring = shader.surface.traits().needs_ring;
                 vertices.clear();
                 if needs_ring {
-                    let listed = new.with_ring(self.grid.m as usize, self.grid.n as usize);
-                    vertices.extend(listed.iter().map(|vertex| vertex as u32));
+                    new.with_ring(self.grid.m as usize, self.grid.n as usize).list(vertices);
                 } else {
-                    vertices.extend(new.iter().map(|vertex| vertex as u32));
+                    new.list(vertices);
                 }
                 count.points = vertices.len() as u64;
                 count.ring = (vertices.len() - new.len()) as u64;
+                let num = self.grid.num_vertices();
+                [&mut out.ci, &mut out.oi].into_iter().for_each(|all| all.set_len(num));
+                given.shade(points, implied, vertices, shader, out);
                 // Other tiles keep the colours they were given.
                 let color = &mut Arc::make_mut(colors).color;
-                opacity.resize(self.grid.num_vertices());
-                let mut out = ShadedPoints { ci: std::mem::take(color), oi: std::mem::take(opacity) };
-                // A vertex of the ring is not right by itself, and may be known already.
-                let kept = needs_ring.then(|| out.ci.clone());
-                shader.surface.shade(points, vertices, shader.lights, &mut out);
-                (*color, *opacity) = match kept {
-                    Some(mut kept) => {
-                        new.iter().for_each(|vertex| kept.set(vertex, out.ci.get(vertex)));
-                        (kept, out.oi)
+                color.resize(num, Vec4::ZERO);
+                let [x, y, z] = out.ci.axes();
+                for vertex in vertices.iter().map(|&vertex| vertex as usize) {
+                    // A vertex of the ring is not right by itself, and may be known already.
+                    if !needs_ring || new.contains(vertex) {
+                        color[vertex] = Vec4::new(x[vertex], y[vertex], z[vertex], 0.0);
                     }
-                    None => (out.ci, out.oi),
-                };
+                }
             }
         }
         (Arc::clone(colors), count)

@@ -35,10 +35,10 @@ struct Slot {
 pub struct SlotsFull;
 
 impl GridSlots {
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        self.slots.clear();
+    /// Forgets everything, and lets go of all grids.
+    pub fn drain(&mut self) -> impl Iterator<Item = Arc<ShadedGrid>> + '_ {
         self.known.clear();
+        self.slots.drain(..).filter_map(|Slot { grid, .. }| grid)
     }
 
     /// Gives `grid` a slot, the one it had in an earlier pass if it was drawn in one; and whether that is a new one.
@@ -88,6 +88,11 @@ impl GridSlots {
         Some((&slot.grid.as_ref()?.grid, slot.colors.as_ref()?))
     }
 
+    /// The grid and colours of every slot.
+    pub fn surfaces(&self) -> impl Iterator<Item = Option<(&Grid, &Colors)>> {
+        self.slots.iter().map(|slot| Some((&slot.grid.as_ref()?.grid, slot.colors.as_deref()?)))
+    }
+
     /// Number of slots taken.
     pub fn len(&self) -> usize {
         self.slots.len()
@@ -127,12 +132,12 @@ impl GridSlots {
 /// Triangles that visible records name, by slot, and so the vertices that they use.
 ///
 /// A bit for each triangle: that is one word to change for a record, where setting its vertices was a division and
-/// three words; vertices are found once a triangle, at the end.
+/// three words; vertices are found row by row, at the end.
 #[derive(Debug, Default)]
 pub struct UsedVertices {
     /// Where each slot's words begin; [`UsedVertices::NONE`] while it has none.
     first: Vec<u32>,
-    /// Bit 2 m + k of a slot's words is triangle k of micropolygon m.
+    /// For each 64 micropolygons of a slot a word for their first triangles and one for their second.
     words: Vec<u64>,
 }
 
@@ -148,28 +153,36 @@ impl UsedVertices {
     /// Adds what the colour of a hit is made from.
     #[inline(always)]
     pub fn insert(&mut self, grid: &Grid, payload: Payload) {
-        let slot = payload.slot() as usize;
-        let first = match self.first.get(slot) {
-            Some(&first) if first != Self::NONE => first,
-            _ => self.begin(grid, slot),
-        };
-        let bit = payload.micropolygon() * 2 + u32::from(payload.triangle());
-        self.words[(first + bit / 64) as usize] |= 1 << (bit % 64);
+        if !self.insert_known(payload) {
+            self.begin(grid, payload.slot() as usize);
+            self.insert_known(payload);
+        }
+    }
+
+    /// The same where the slot has words; else nothing, and returns false.
+    #[inline(always)]
+    pub(super) fn insert_known(&mut self, payload: Payload) -> bool {
+        match self.first.get(payload.slot() as usize) {
+            Some(&first) if first != Self::NONE => {
+                let micropolygon = payload.micropolygon();
+                let word = first + micropolygon / 64 * 2 + u32::from(payload.triangle());
+                self.words[word as usize] |= 1 << (micropolygon % 64);
+                true
+            }
+            _ => false,
+        }
     }
 
     /// Makes room for a slot's triangles.
     #[cold]
-    fn begin(&mut self, grid: &Grid, slot: usize) -> u32 {
+    fn begin(&mut self, grid: &Grid, slot: usize) {
         if self.first.len() <= slot {
             self.first.resize(slot + 1, Self::NONE);
         }
         self.first[slot] = self.words.len() as u32;
-        self.words.resize(self.words.len() + Self::num_words(grid), 0);
-        self.first[slot]
-    }
-
-    fn num_words(grid: &Grid) -> usize {
-        (2 * grid.num_micropolygons()).div_ceil(64)
+        // Two more, so that a row that begins in the last ones has others after it.
+        let num_words = 2 * grid.num_micropolygons().div_ceil(64) + 2;
+        self.words.resize(self.words.len() + num_words, 0);
     }
 
     /// Slots that records name.
@@ -180,32 +193,38 @@ impl UsedVertices {
     /// The vertices of a slot's grid that the colours of its hits are made from, into `vertices`.
     pub fn find(&self, slot: u32, grid: &Grid, vertices: &mut VertexSet) {
         vertices.clear();
-        let first = self.first[slot as usize] as usize;
         if grid.look.matte {
             return;
         }
+        vertices.make_room(grid.num_vertices());
+        let words = &self.words[self.first[slot as usize] as usize..];
         let is_flat = grid.look.interpolation == ShadingInterpolation::Constant;
-        // Micropolygons come in order: their rows need no division.
-        let (columns, mut row, mut next_row) = (grid.m as usize, 0, grid.m as usize);
-        for (ix, &word) in self.words[first..first + Self::num_words(grid)].iter().enumerate() {
-            let mut left = word;
-            while left != 0 {
-                let bit = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let micropolygon = ix * 32 + bit / 2;
-                while micropolygon >= next_row {
-                    (row, next_row) = (row + 1, next_row + columns);
-                }
-                // As in `Grid::corners` and `triangles`.
-                let v0 = micropolygon + row;
-                vertices.insert(v0);
-                if !is_flat {
-                    vertices.insert(v0 + columns + 2);
-                    vertices.insert(v0 + if bit.is_multiple_of(2) { 1 } else { columns + 1 });
+        let (columns, rows) = (grid.m as usize, grid.n as usize);
+        for row in 0..rows {
+            // Parts of a row whose vertices fit a word.
+            for column in (0..columns).step_by(63) {
+                let num = (columns - column).min(63);
+                let [first, second] = [0, 1]
+                    .map(|triangle| bits(words, triangle, row * columns + column) & (u64::MAX >> (64 - num)));
+                // As in `Grid::corners` and `triangles`: (v0, v1, v2) and (v0, v2, v3).
+                let (any, v0) = (first | second, row * (columns + 1) + column);
+                if is_flat {
+                    vertices.insert_word(v0, any);
+                } else if any != 0 {
+                    vertices.insert_word(v0, any | first << 1);
+                    vertices.insert_word(v0 + columns + 1, any << 1 | second);
                 }
             }
         }
     }
+}
+
+/// The bits of 64 micropolygons from `at` on, of their first or second triangles.
+#[inline(always)]
+fn bits(words: &[u64], triangle: usize, at: usize) -> u64 {
+    let (word, shift) = (at / 64 * 2 + triangle, at % 64);
+    // Two shifts, as one by 64 is none.
+    words[word] >> shift | words[word + 2] << 1 << (63 - shift)
 }
 
 #[cfg(test)]

@@ -52,12 +52,11 @@ impl Extent {
     /// Part of the way to another; every number is monotone in `part`.
     #[inline(always)]
     fn between(&self, to: &Extent, part: f32) -> Extent {
-        let mix = |from: f32, to: f32| from + (to - from) * part;
-        Extent {
-            in_focus: std::array::from_fn(|side| mix(self.in_focus[side], to.in_focus[side])),
-            coc: std::array::from_fn(|end| mix(self.coc[end], to.coc[end])),
-            near: mix(self.near, to.near),
-        }
+        let mix = |from: Vec4, to: Vec4| from + (to - from) * part;
+        let rest = |extent: &Extent| Vec4::new(extent.coc[0], extent.coc[1], extent.near, 0.0);
+        let in_focus = mix(Vec4::from_array(self.in_focus), Vec4::from_array(to.in_focus));
+        let [least, most, near, _] = mix(rest(self), rest(to)).to_array();
+        Extent { in_focus: in_focus.to_array(), coc: [least, most], near }
     }
 }
 
@@ -92,7 +91,9 @@ fn lesser(a: Vec4, b: Vec4) -> Vec4 {
 /// Where something can be over the time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sweep {
-    segments: Vec<Segment>,
+    /// The first stands here: nearly all have no more, and a list of them was asked for with every piece.
+    first: Option<Segment>,
+    more: Vec<Segment>,
 }
 
 /// An extent between two times, all of whose numbers change evenly.
@@ -106,7 +107,7 @@ impl Sweep {
     /// One extent a key time.
     pub fn of_keys(keys: &[Extent], key_times: &[f32]) -> Self {
         if let [only] = keys {
-            return Sweep { segments: vec![Segment { times: ALWAYS, ends: [*only; 2] }] };
+            return Sweep { first: Some(Segment { times: ALWAYS, ends: [*only; 2] }), more: Vec::new() };
         }
         let pairs = keys.windows(2).zip(key_times.windows(2));
         // What is in front of the near plane at one of two keys only moves in no box from one to the other.
@@ -115,7 +116,20 @@ impl Sweep {
             times: [times[0], times[1]],
             ends: [ends[0], ends[1]],
         };
-        Sweep { segments: seen.map(segment).collect() }
+        let mut segments = seen.map(segment);
+        Sweep { first: segments.next(), more: segments.collect() }
+    }
+
+    #[inline(always)]
+    fn segments(&self) -> impl Iterator<Item = &Segment> {
+        self.first.iter().chain(&self.more)
+    }
+
+    fn push(&mut self, segment: Segment) {
+        match self.first {
+            Some(_) => self.more.push(segment),
+            None => self.first = Some(segment),
+        }
     }
 
     /// Where it can be for a range of times and lens places. Bounds of a part of a range lie within those of the
@@ -124,9 +138,9 @@ impl Sweep {
         let [from, to] = range.t15.map(|t15| f32::from(t15) * (1.0 / 32_768.0));
         let (from, to) = (from - ROUNDING_TIME, to + ROUNDING_TIME);
         let (mut held, mut near) = (Vec4::INFINITY, f32::INFINITY);
-        let mut still = self.segments.len() <= 1;
+        let mut still = self.more.is_empty();
         let lens = LensPart::new(range);
-        for Segment { times, ends: [a, b] } in &self.segments {
+        for Segment { times, ends: [a, b] } in self.segments() {
             if to < times[0] || from > times[1] {
                 continue;
             }
@@ -160,26 +174,26 @@ impl Sweep {
                 let times = parts.map(|part| times[0] + (times[1] - times[0]) * part);
                 let near = both.least.z;
                 let held = Extent { in_focus: grown(held, grow_px), coc: [0.0; 2], near };
-                self.segments.push(Segment { times, ends: [held; 2] });
+                self.push(Segment { times, ends: [held; 2] });
             }
         }
     }
 
     /// The box on the raster that holds it in focus at first, where it is not in front of the near plane.
     pub fn first(&self) -> [f32; 4] {
-        self.segments.first().map_or(NOWHERE, |segment| segment.ends[0].in_focus)
+        self.first.as_ref().map_or(NOWHERE, |segment| segment.ends[0].in_focus)
     }
 
     /// The box that holds it at all times; upside down for one that is nowhere.
     pub fn whole(&self) -> [f32; 4] {
-        let ends = self.segments.iter().flat_map(|segment| &segment.ends);
+        let ends = self.segments().flat_map(|segment| &segment.ends);
         ends.fold(NOWHERE, |all, end| union(&all, &end.blurred()))
     }
 
     /// The time in which it can meet the closed rectangle `[x0, x1, y0, y1]`, if it does.
     pub fn meets(&self, rectangle: [f32; 4]) -> Option<TimeRange> {
         let mut range: Option<TimeRange> = None;
-        for Segment { times, ends } in &self.segments {
+        for Segment { times, ends } in self.segments() {
             let Some(part) = segment_meets([&ends[0].blurred(), &ends[1].blurred()], rectangle) else {
                 continue;
             };

@@ -2,6 +2,8 @@
 //!
 //! In: a lattice. Out: where its vertices are at a motion key, with their owners' bits, and what shading needs of them.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::geometry::lanes::SLACK;
@@ -19,6 +21,8 @@ use super::normals::{blend_normals, surface_normals};
 use super::piece::{Piece, Sabotage};
 use super::points::{Points, Wanted};
 use super::recall::Recall;
+use super::shade::ShadedGrid;
+use super::spare::Spare;
 use super::split::SplitContext;
 use super::sweep::Extent;
 
@@ -41,6 +45,8 @@ pub struct Workspace {
     extents: Vec<Extent>,
     recall: Recall,
     moving: Moving,
+    /// Lists for grids.
+    pub spare: Spare,
 }
 
 /// A lattice at a key or between two.
@@ -55,6 +61,13 @@ pub struct Placed {
 }
 
 impl Workspace {
+    /// Keeps the lists of a grid, if nobody else needs it.
+    pub fn let_go(&mut self, grid: Arc<ShadedGrid>) {
+        if let Some(grid) = Arc::into_inner(grid) {
+            self.spare.keep(grid.into_lists());
+        }
+    }
+
     /// Lists the places that a grid needs, and says what has to be known of them for a shader that reads `inputs`. A ring
     /// is for normals of the displaced surface.
     pub fn set(&mut self, context: &DisplaceContext, piece: &Piece, inputs: Inputs, ring: bool) -> Wanted {

@@ -47,6 +47,9 @@ const SCALAR: f64 = 7.0;
 
 /// Quads that are looked at; grids of fewer are looked at whole.
 const NUM_PROBES: usize = 16;
+/// Of these so many at first, which is enough where one rasterizer costs so many times the other.
+const FEW_PROBES: usize = 3;
+const CLEARLY: f64 = 1.5;
 
 /// What a micropolygon of a grid is expected to cost, in operations, or in nanoseconds of the kernels in lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,22 +65,34 @@ pub fn choose(draw: &MovingDraw) -> Rasterizer {
     if draw.grid.still().is_some() {
         return Rasterizer::NoMotion;
     }
-    let estimate = estimate(draw);
-    if estimate.interleave < estimate.interval { Rasterizer::InterleaveUvt } else { Rasterizer::Interval }
+    // A few quads tell, unless they find both alike.
+    let Estimate { interval, interleave } = match estimate_from(draw, FEW_PROBES) {
+        few if few.interleave < few.interval / CLEARLY || few.interval < few.interleave / CLEARLY => few,
+        _ => estimate(draw),
+    };
+    if interleave < interval { Rasterizer::InterleaveUvt } else { Rasterizer::Interval }
 }
 
 /// Expected costs, mean over the grid's quads.
 pub fn estimate(draw: &MovingDraw) -> Estimate {
-    let cells = Cells::of(draw.pattern);
+    estimate_from(draw, NUM_PROBES)
+}
+
+fn estimate_from(draw: &MovingDraw, num_probes: usize) -> Estimate {
+    let is_in_lanes = matches!(draw.kernels, Kernels::Lanes(_));
+    // Only the scalar code's Interval bounds strata.
+    let cells = (!is_in_lanes).then(|| Cells::of(draw.pattern));
     let k = f64::from(draw.pattern.tile());
     let (mut interval_tests, mut interleave_tests, mut boxes) = (0.0, 0.0, 0.0);
-    let probes = Probes::of(&draw.grid);
+    let probes = Probes::of(&draw.grid, num_probes);
     for corners in (0..probes.num).map(|probe| probes.corners(&draw.grid, probe)) {
         for path in paths(&draw.grid, corners) {
             let seen = path.share_within(&draw.samples.region) * path.duration;
-            interval_tests += seen * path.pixels_of_stratum(&cells);
             interleave_tests += seen * path.tiles(k);
-            boxes += path.pixels_in_all(&draw.samples.region);
+            match &cells {
+                Some(cells) => interval_tests += seen * path.pixels_of_stratum(cells),
+                None => boxes += path.pixels_in_all(&draw.samples.region),
+            }
         }
     }
     let m = f64::from(draw.pattern.samples_per_pixel());
@@ -87,7 +102,7 @@ pub fn estimate(draw: &MovingDraw) -> Estimate {
     let [first, last] = draw.times.map(f64::from);
     let part = ((last + 1.0 - first) / 32_768.0).clamp(0.0, 1.0);
     let fits = draw.pattern.tile() <= MAX_TILE;
-    if matches!(draw.kernels, Kernels::Lanes(_)) {
+    if is_in_lanes {
         let interval = INTERVAL_NS[0] + INTERVAL_NS[1] * m * mean(boxes);
         let interval = if draw.grid.num_keys() > 2 { SCALAR * interval } else { interval };
         let interleave = num_tuples * (INTERLEAVE_NS[0] * part + INTERLEAVE_NS[1] * mean(interleave_tests));
@@ -105,9 +120,9 @@ struct Probes {
 }
 
 impl Probes {
-    fn of(grid: &MovingGrid) -> Self {
+    fn of(grid: &MovingGrid, most: usize) -> Self {
         let num_quads = grid.m * grid.n;
-        Probes { num: num_quads.min(NUM_PROBES), is_all: num_quads <= NUM_PROBES }
+        Probes { num: num_quads.min(most), is_all: num_quads <= most }
     }
 
     fn corners(&self, grid: &MovingGrid, probe: usize) -> [usize; 4] {

@@ -54,7 +54,7 @@ fn test_cells(
                 for cx in cx_first..=cx_last {
                     let sample_ix = first_of_pixel + (cy * samples.grid[0] + cx) as usize;
                     let tuple_ix = samples.tuples[sample_ix];
-                    let [x, y] = samples.offsets[sample_ix];
+                    let [x, y] = samples.offset(sample_ix);
                     let place = [px * 256 + i32::from(x), py * 256 + i32::from(y)];
                     let placed = micropolygon.place(tuple_ix);
                     micropolygon.test(&placed, tuple_ix, sample_ix, place, counts, sink);

@@ -196,6 +196,12 @@ impl SampleBuffer {
         &self.depths[..self.len]
     }
 
+    /// Depths, payloads and weights of a range of samples.
+    #[inline(always)]
+    pub fn lists(&self, samples: Range<usize>) -> (&[f32], &[i32], &[i32]) {
+        (&self.depths[samples.clone()], &self.payloads[samples.clone()], &self.weights[samples])
+    }
+
     /// The record of a sample.
     #[inline(always)]
     pub fn get(&self, sample_ix: usize) -> Record {

@@ -60,7 +60,7 @@ fn test_pixels(
         for px in px_first..=px_last {
             let sample_ix = samples.region.pixel_ix(px, py) * samples.samples_per_pixel() + stratum as usize;
             let tuple_ix = samples.tuples[sample_ix];
-            let [x, y] = samples.offsets[sample_ix];
+            let [x, y] = samples.offset(sample_ix);
             let place = [px * 256 + i32::from(x), py * 256 + i32::from(y)];
             let placed = micropolygon.place(tuple_ix);
             micropolygon.test(&placed, tuple_ix, sample_ix, place, counts, sink);

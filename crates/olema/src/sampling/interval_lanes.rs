@@ -184,6 +184,7 @@ impl<S: HitSink> Kernel<'_, S> {
         last_px: [i32; 2],
     ) {
         let samples = self.draw.samples;
+        let [times, lens] = samples.times_and_lens(self.draw.pattern);
         let num_strata = samples.samples_per_pixel();
         let num = (last_px[0] - first_px[0] + 1) as usize * num_strata;
         let width = samples.region.width() as i32;
@@ -201,7 +202,7 @@ impl<S: HitSink> Kernel<'_, S> {
                 let first = first_of_row + j;
                 let place = lanes.add2(lanes.load(samples.places(), first), lanes.load(samples.steps(), j));
                 let place = lanes.add2(place, corner_of_row);
-                let (time, lens) = (lanes.load(samples.times(), first), lanes.load(samples.lens(), first));
+                let (time, lens) = (lanes.load(times, first), lanes.load(lens, first));
                 let local = if is_still { lanes.splat(0) } else { time };
                 let mut at = [lanes.splat(0); 4];
                 for (at, vertex) in at.iter_mut().zip(&vertices) {

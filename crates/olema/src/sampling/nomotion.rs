@@ -296,7 +296,7 @@ fn test_box(
             for cy in cy_first..=cy_last {
                 for cx in cx_first..=cx_last {
                     let sample_ix = first_of_pixel + (cy * samples.grid[0] + cx) as usize;
-                    let [x, y] = samples.offsets[sample_ix];
+                    let [x, y] = samples.offset(sample_ix);
                     let place = [px * 256 + i32::from(x), py * 256 + i32::from(y)];
                     counts.tests += 1;
                     counts.hits += u64::from(test_sample(triangles, place, sample_ix, sink));

@@ -30,6 +30,7 @@ use super::lens::LensShape;
 use super::shutter::ShutterShape;
 use super::sobol::scrambled_order;
 use super::strata::{P, Q, Strata, T, X, Y, positions_of_cell};
+use crate::math::lanes::pair;
 
 /// What a pattern is made from.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,7 +129,13 @@ pub struct SamplePattern {
     bounds: Vec<StratumBounds>,
     permutations: Permutations,
     by_time: Vec<u32>,
+    /// Tuples of the samples of a tile's pixels under each set, and their places in the pixel as pairs of 16 bits, at
+    /// ((set * K^2 + pixel) * M + j); none where they are too many.
+    laid: (Vec<u32>, Vec<i32>),
 }
+
+/// Samples of pixels that are laid out at most (512 KiB).
+const MOST_LAID: u64 = 1 << 16;
 
 /// Entries up to which permutations are stored instead of computed (1 MiB in both directions together).
 const STORED: u64 = 1 << 18;
@@ -163,11 +170,17 @@ impl SamplePattern {
         let bounds = tuples.chunks(num_ranks as usize).map(bounds_of).collect();
         let mut by_time: Vec<u32> = (0..tuples.len() as u32).collect();
         by_time.sort_by_key(|&ix| (tuples[ix as usize].t15, ix));
-        let mut pattern =
-            SamplePattern { spec, strata, tuples, bounds, permutations: Permutations::Computed, by_time };
+        let permutations = Permutations::Computed;
+        let laid = Default::default();
+        let mut pattern = SamplePattern { spec, strata, tuples, bounds, permutations, by_time, laid };
         let num_entries = u64::from(pattern.spec.permutations) * pattern.tuples.len() as u64;
         if num_entries <= STORED {
             pattern.permutations = Permutations::Stored(pattern.all_permutations());
+        }
+        if num_entries <= MOST_LAID {
+            let pixels = (0..pattern.spec.permutations)
+                .flat_map(|set| (0..pattern.num_ranks()).map(move |pixel| [set, pixel]));
+            pattern.laid = pixels.flat_map(|[set, pixel]| pattern.lay_out(set, pixel)).unzip();
         }
         pattern
     }
@@ -256,6 +269,28 @@ impl SamplePattern {
     pub fn position(&self, px: i32, py: i32, j: u32) -> (i32, i32) {
         let tuple = self.tuples[self.tuple_at(px, py, j) as usize];
         (px * 256 + i32::from(tuple.x), py * 256 + i32::from(tuple.y))
+    }
+
+    /// Tuples of the samples of a pixel of a tile under a set, and their places as pairs of 16 bits.
+    #[inline(always)]
+    pub(super) fn lay_pixel(&self, [set, pixel]: [u32; 2], tuples: &mut [u32], places: &mut [i32]) {
+        let first = (set * self.num_ranks() + pixel) as usize * tuples.len();
+        let laid = first..first + tuples.len();
+        if let (Some(of), Some(at)) = (self.laid.0.get(laid.clone()), self.laid.1.get(laid)) {
+            tuples.copy_from_slice(of);
+            places.copy_from_slice(at);
+        } else {
+            let to = tuples.iter_mut().zip(places);
+            to.zip(self.lay_out(set, pixel)).for_each(|((tuple, place), laid)| (*tuple, *place) = laid);
+        }
+    }
+
+    fn lay_out(&self, set: u32, pixel: u32) -> impl Iterator<Item = (u32, i32)> {
+        (0..self.samples_per_pixel()).map(move |stratum| {
+            let ix = stratum * self.num_ranks() + self.rank_of_pixel(set, stratum, pixel);
+            let Tuple { x, y, .. } = self.tuples[ix as usize];
+            (ix, pair(x.into(), y.into()))
+        })
     }
 
     #[inline(always)]

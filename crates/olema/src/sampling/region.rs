@@ -67,15 +67,14 @@ pub struct RegionSamples {
     pub region: Region,
     /// Sub-pixel cells across and down; their product is M.
     pub grid: [u32; 2],
-    /// Place of each sample in its pixel, `[x, y]` in 1/256 px.
-    pub offsets: Vec<[u8; 2]>,
     /// Tuple of each sample, an index into [`SamplePattern::tuples`].
     pub tuples: Vec<u32>,
     /// Made when they are first asked for.
     rows: OnceLock<Option<TupleRows>>,
+    /// Places in the pixel, with [`LANES`] more of any.
     places: Vec<i32>,
-    lens: Vec<i32>,
-    times: Vec<i32>,
+    /// Times and lens places, made when they are first asked for.
+    blur: OnceLock<[Vec<i32>; 2]>,
     steps: Vec<i32>,
     /// Permutation sets of the pattern tiles that the region overlaps, row by row from tile `first_tile`.
     sets: Vec<u32>,
@@ -89,12 +88,10 @@ impl RegionSamples {
         let mut samples = RegionSamples {
             region,
             grid: pattern.strata().grid,
-            offsets: Vec::new(),
             tuples: Vec::new(),
             rows: OnceLock::new(),
             places: Vec::new(),
-            lens: Vec::new(),
-            times: Vec::new(),
+            blur: OnceLock::new(),
             steps: Vec::new(),
             sets: Vec::new(),
             first_tile: [0; 2],
@@ -111,33 +108,21 @@ impl RegionSamples {
         self.region = region;
         self.grid = pattern.strata().grid;
         self.find_sets(pattern);
-        self.offsets.clear();
-        self.tuples.clear();
-        self.offsets.reserve(region.num_pixels() * num_strata as usize);
-        self.tuples.reserve(region.num_pixels() * num_strata as usize);
+        let (len, num) = (region.num_pixels() * num_strata as usize, num_strata as usize);
+        self.tuples.resize(len, 0);
+        self.places.resize(len + LANES, 0);
+        let mut pixels = self.tuples.chunks_exact_mut(num).zip(self.places.chunks_exact_mut(num));
+        let sets = |px: i32, py: i32| {
+            let [x, y] = [px.div_euclid(k) - self.first_tile[0], py.div_euclid(k) - self.first_tile[1]];
+            self.sets[y as usize * self.tiles_across + x as usize]
+        };
         for py in region.y0..region.y1 {
-            for px in region.x0..region.x1 {
-                let set = self.set_of_tile(px.div_euclid(k), py.div_euclid(k));
+            for (px, (tuples, places)) in (region.x0..region.x1).zip(&mut pixels) {
                 let pixel = (py.rem_euclid(k) * k + px.rem_euclid(k)) as u32;
-                for stratum in 0..num_strata {
-                    let ix = stratum * pattern.tile() * pattern.tile()
-                        + pattern.rank_of_pixel(set, stratum, pixel);
-                    let tuple = pattern.tuples()[ix as usize];
-                    self.offsets.push([tuple.x, tuple.y]);
-                    self.tuples.push(ix);
-                }
+                pattern.lay_pixel([sets(px, py), pixel], tuples, places);
             }
         }
-        self.places.clear();
-        self.places.extend(self.offsets.iter().map(|&[x, y]| pair(x.into(), y.into())));
-        self.places.resize(self.offsets.len() + LANES, 0);
-        let tuples = self.tuples.iter().map(|&ix| &pattern.tuples()[ix as usize]);
-        self.lens.clear();
-        self.lens.extend(tuples.clone().map(|tuple| pair(tuple.u15.into(), tuple.v15.into())));
-        self.lens.resize(self.offsets.len() + LANES, 0);
-        self.times.clear();
-        self.times.extend(tuples.map(|tuple| pair(tuple.t15.into(), tuple.t15.into())));
-        self.times.resize(self.offsets.len() + LANES, 0);
+        self.blur.take();
         self.steps.clear();
         let num_steps = MOST_STEPS_PX * num_strata as usize + LANES;
         self.steps.extend((0..num_steps).map(|j| pair((j / num_strata as usize) as i32 * 256, 0)));
@@ -150,16 +135,18 @@ impl RegionSamples {
         &self.places
     }
 
-    /// Lens place of each sample's tuple as a pair, and 16 more of any.
+    /// Time of each sample's tuple in the shutter, in both halves, and its lens place as a pair; and 16 more of any of
+    /// each. `pattern` is what these samples are of.
     #[inline(always)]
-    pub(super) fn lens(&self) -> &[i32] {
-        &self.lens
-    }
-
-    /// Time of each sample's tuple in the shutter in both halves, and 16 more of any.
-    #[inline(always)]
-    pub(super) fn times(&self) -> &[i32] {
-        &self.times
+    pub(super) fn times_and_lens(&self, pattern: &SamplePattern) -> [&[i32]; 2] {
+        let [times, lens] = self.blur.get_or_init(|| {
+            let tuples = || self.tuples.iter().map(|&ix| pattern.tuples()[ix as usize]);
+            let more = || std::iter::repeat_n(0, LANES);
+            let times = tuples().map(|tuple| pair(tuple.t15.into(), tuple.t15.into()));
+            let lens = tuples().map(|tuple| pair(tuple.u15.into(), tuple.v15.into()));
+            [times.chain(more()).collect(), lens.chain(more()).collect()]
+        });
+        [times, lens]
     }
 
     /// For sample j of a row of pixels what its pixel is right of the first one, in 1/256 px as a pair of 16 bits; for
@@ -203,12 +190,19 @@ impl RegionSamples {
 
     /// Number of samples.
     pub fn len(&self) -> usize {
-        self.offsets.len()
+        self.tuples.len()
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.offsets.is_empty()
+        self.tuples.is_empty()
+    }
+
+    /// Place of sample `ix` in its pixel, `[x, y]` in 1/256 px.
+    #[inline(always)]
+    pub fn offset(&self, ix: usize) -> [u8; 2] {
+        let place = self.places[ix];
+        [place as u8, (place >> 16) as u8]
     }
 
     /// Raster place of sample `ix` in 1/256 px.
@@ -216,6 +210,7 @@ impl RegionSamples {
         let pixel = ix / self.samples_per_pixel();
         let px = self.region.x0 + (pixel % self.region.width()) as i32;
         let py = self.region.y0 + (pixel / self.region.width()) as i32;
-        [px * 256 + i32::from(self.offsets[ix][0]), py * 256 + i32::from(self.offsets[ix][1])]
+        let [x, y] = self.offset(ix);
+        [px * 256 + i32::from(x), py * 256 + i32::from(y)]
     }
 }

@@ -32,8 +32,11 @@ pub(super) fn write_lit(
     level.run(
         #[inline(always)]
         || {
-            for vertices in vertices.chunks(LANES) {
-                write_chunk(points, vertices, lights, wanted, out, &color);
+            let mut left = vertices;
+            while !left.is_empty() {
+                let (picked, rest) = Picked::next(left, points.p.len());
+                write_chunk(points, &picked, lights, wanted, out, &color);
+                left = rest;
             }
         },
     );
@@ -42,14 +45,13 @@ pub(super) fn write_lit(
 #[inline(always)]
 fn write_chunk(
     points: &ShadingPoints,
-    vertices: &[u32],
+    picked: &Picked,
     lights: &[Arc<dyn PlacedLight>],
     wanted: Wanted,
     out: &mut ShadedPoints,
     color: &impl Fn(Vec3, &Reflected) -> Vec3,
 ) {
-    let picked = Picked::new(vertices);
-    let sums = reflect(points, &picked, lights, wanted);
+    let sums = reflect(points, picked, lights, wanted);
     let (cs, os) = (picked.load(&points.cs), picked.load(&points.os));
     let mut ci: Lanes3 = ZEROS;
     for lane in 0..LANES {
@@ -66,31 +68,45 @@ fn write_chunk(
 }
 
 /// Up to 16 vertices.
-struct Picked<'a> {
-    vertices: &'a [u32],
-    /// The first where they are 16 in a row.
-    run: Option<usize>,
+enum Picked<'a> {
+    /// Of 16 in a row those whose bit is set: loads and stores of lists, which is faster where at least half are.
+    Row { first: usize, bits: u32 },
+    /// Any.
+    Apart(&'a [u32]),
 }
 
 impl<'a> Picked<'a> {
+    /// The next of `vertices`, of `num` that there are, and those that are left.
     #[inline(always)]
-    fn new(vertices: &'a [u32]) -> Self {
-        let first = vertices[0];
-        let in_a_row = (first..).zip(vertices).all(|(expected, &vertex)| vertex == expected);
-        let run = (in_a_row && vertices.len() == LANES).then_some(first as usize);
-        Picked { vertices, run }
+    fn next(vertices: &'a [u32], num: usize) -> (Self, &'a [u32]) {
+        let (first, mut bits, mut within) = (vertices[0], 0u32, 0);
+        for &vertex in vertices {
+            let lane = vertex.wrapping_sub(first);
+            // In order, within the row.
+            if lane as usize >= LANES || bits >> lane != 0 {
+                break;
+            }
+            bits |= 1 << lane;
+            within += 1;
+        }
+        if 2 * within >= LANES && first as usize + LANES <= num {
+            return (Picked::Row { first: first as usize, bits }, &vertices[within..]);
+        }
+        let (picked, left) = vertices.split_at(vertices.len().min(LANES));
+        (Picked::Apart(picked), left)
     }
 
-    /// Their values; those of the first one in lanes that are left over.
+    /// Their values; any other vertex's in lanes that are left over.
     #[inline(always)]
     fn load(&self, from: &Vec3s) -> Lanes3 {
         let mut to = ZEROS;
         for (to, from) in to.iter_mut().zip(from.axes()) {
-            if let Some(first) = self.run {
-                to.copy_from_slice(&from[first..first + LANES]);
-            } else {
-                *to = [from[self.vertices[0] as usize]; LANES];
-                to.iter_mut().zip(self.vertices).for_each(|(to, &vertex)| *to = from[vertex as usize]);
+            match *self {
+                Picked::Row { first, .. } => to.copy_from_slice(&from[first..first + LANES]),
+                Picked::Apart(vertices) => {
+                    *to = [from[vertices[0] as usize]; LANES];
+                    to.iter_mut().zip(vertices).for_each(|(to, &vertex)| *to = from[vertex as usize]);
+                }
             }
         }
         to
@@ -99,10 +115,16 @@ impl<'a> Picked<'a> {
     #[inline(always)]
     fn store(&self, to: &mut Vec3s, from: &Lanes3) {
         for (to, from) in to.axes_mut().into_iter().zip(from) {
-            if let Some(first) = self.run {
-                to[first..first + LANES].copy_from_slice(from);
-            } else {
-                from.iter().zip(self.vertices).for_each(|(&from, &vertex)| to[vertex as usize] = from);
+            match *self {
+                Picked::Row { first, bits } => {
+                    let to = &mut to[first..first + LANES];
+                    for lane in 0..LANES {
+                        to[lane] = if bits >> lane & 1 == 1 { from[lane] } else { to[lane] };
+                    }
+                }
+                Picked::Apart(vertices) => {
+                    from.iter().zip(vertices).for_each(|(&from, &vertex)| to[vertex as usize] = from);
+                }
             }
         }
     }
@@ -166,14 +188,22 @@ fn add(sum: &mut Lanes3, cl: &Lanes3, by: &[f32; LANES], cos: &[f32; LANES]) {
 /// Unit vectors to a light from 16 points and its colours there; what comes from everywhere goes to `ambient`.
 #[inline(always)]
 fn arriving(light: &dyn PlacedLight, p: &Lanes3, ambient: &mut Lanes3) -> Option<(Lanes3, Lanes3)> {
+    if light.is_alike_everywhere() {
+        return match light.sample(at(p, 0)) {
+            LightSample::Ambient { cl } => {
+                for c in 0..3 {
+                    for lane in 0..LANES {
+                        ambient[c][lane] += cl[c];
+                    }
+                }
+                None
+            }
+            LightSample::From { l, cl } => Some((splat(l), splat(cl))),
+        };
+    }
     let (mut to_light, mut colors, mut is_from) = (ZEROS, ZEROS, false);
-    let is_alike = light.is_alike_everywhere();
-    let mut sample = light.sample(at(p, 0));
     for lane in 0..LANES {
-        if lane > 0 && !is_alike {
-            sample = light.sample(at(p, lane));
-        }
-        match sample {
+        match light.sample(at(p, lane)) {
             LightSample::Ambient { cl } => set(ambient, lane, at(ambient, lane) + cl),
             LightSample::From { l, cl } => {
                 is_from = true;
@@ -223,6 +253,11 @@ fn normalize(v: &Lanes3) -> Lanes3 {
 #[inline(always)]
 fn dot(a: &Lanes3, b: &Lanes3) -> [f32; LANES] {
     std::array::from_fn(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
+}
+
+#[inline(always)]
+fn splat(v: Vec3) -> Lanes3 {
+    [[v.x; LANES], [v.y; LANES], [v.z; LANES]]
 }
 
 #[inline(always)]

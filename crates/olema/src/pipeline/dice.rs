@@ -98,10 +98,7 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
     workspace.close(frame, &mut grid);
     let mut points = shading_points(context, piece.patch, &workspace, inputs);
     primitive_variables(frame, piece.patch, &mut points, &workspace.lattice, primitive, info);
-    workspace.displaced_normals(context, piece.patch, |vertex, normal| {
-        points.n.set(vertex, normal);
-        points.ng.set(vertex, normal);
-    });
+    workspace.displaced_normals(context, piece.patch, [&mut points.n, &mut points.ng]);
     Diced { grid, points }
 }
 

@@ -44,12 +44,15 @@ pub struct Balls {
 
 impl Balls {
     /// Balls that hold what these hold, in another space: `to_other` lengthens no vector by more than `stretch`.
+    #[inline(always)]
     pub fn moved(&self, to_other: &DMat4, stretch: f32) -> Self {
         let mut moved = Balls { radius: self.radius * stretch * 1.00001, ..*self };
         for ball in 0..LANES {
-            let center = DVec3::from([0, 1, 2].map(|axis| f64::from(self.centers[axis][ball])));
+            let [x, y, z] = [self.centers[0][ball], self.centers[1][ball], self.centers[2][ball]];
+            let center = DVec3::new(x.into(), y.into(), z.into());
             let center = to_other.transform_point3(center).as_vec3();
-            (0..3).for_each(|axis| moved.centers[axis][ball] = center[axis]);
+            (moved.centers[0][ball], moved.centers[1][ball], moved.centers[2][ball]) =
+                (center.x, center.y, center.z);
         }
         moved
     }

@@ -111,9 +111,7 @@ impl Height for Fractal {
             let mut most = 0.0f32;
             if change < 1.0 {
                 let value = noise_lanes::gradient(&octave.cells(&balls.centers), octave.seed);
-                for lane in 0..LANES {
-                    most = most.max(value[lane].abs());
-                }
+                value.iter().for_each(|value| most = most.max(value.abs()));
             }
             sum += octave.weight * (most + change).min(1.0);
         }

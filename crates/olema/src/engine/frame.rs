@@ -148,6 +148,7 @@ impl<'a> FrameData<'a> {
             grid_size: self.settings.grid_size,
             eye_splits: self.settings.eye_splits as u8,
             fineness: &self.fineness,
+            infos: &self.infos,
             sabotage: self.sabotage,
             places: RefCell::default(),
             hulls: RefCell::default(),

@@ -4,6 +4,8 @@
 //! point on a welded edge or corner is its owner's, with the sum of the normals of all patches that meet there, in their
 //! order: whoever dices it gets the same bits.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use crate::math::Vec3s;
@@ -44,7 +46,7 @@ pub struct Border {
     /// Vertices that are evaluated elsewhere, or displaced along a sum of normals.
     pub points: Vec<BorderPoint>,
     /// Patch and first place of each run of places that were put behind the lattice's own.
-    pub runs: Vec<(u32, u32)>,
+    runs: Vec<(u32, u32)>,
     summands: Vec<Summand>,
     /// Normals that `points` are displaced along.
     pub normals: Vec<Vec3>,
@@ -72,13 +74,25 @@ impl Border {
                 let may_recall = context.frame.sabotage.is_none();
                 recall.begin();
                 for run in border.chunk_by(|a, b| are_neighbours(a.1, b.1)) {
-                    if !(may_recall && recall.knows(run, num_keys)) {
-                        run.iter().for_each(|&at| self.add(context, patch, lattice, at));
+                    if may_recall && recall.knows(run, num_keys) {
+                        continue;
+                    }
+                    match run[0].1 {
+                        PointRef::Edge { edge, denominator, .. } if !is_broken(context) => {
+                            self.add_edge(context, patch, lattice, run, (edge, denominator));
+                        }
+                        _ => run.iter().for_each(|&at| self.add(context, patch, lattice, at)),
                     }
                 }
             }
         }
         lattice.border = border;
+    }
+
+    /// Places that were put behind the lattice's own, up to `end`, by patch.
+    pub fn runs(&self, end: usize) -> impl Iterator<Item = (u32, Range<usize>)> + '_ {
+        let ends = self.runs.iter().skip(1).map(|run| run.1 as usize).chain([end]);
+        self.runs.iter().zip(ends).map(|(&(patch, first), end)| (patch, first as usize..end))
     }
 
     /// Adds a border vertex of a patch that is not displaced.
@@ -96,7 +110,7 @@ impl Border {
         }
     }
 
-    /// Adds a border vertex with the normals that meet there.
+    /// Adds a border vertex that is not on an edge, with the normals that meet there.
     fn add(
         &mut self,
         context: &DisplaceContext,
@@ -107,25 +121,66 @@ impl Border {
         let (owner, uv) = context.frame.place(patch, point);
         let own_uv = lattice.place(vertex);
         let mut place = (owner == patch && uv == own_uv).then_some(vertex);
-        if !is_broken(context) {
-            each_user(context, point, |user, user_uv| {
-                let (at, sign) = if user == patch && user_uv == own_uv {
+        if let PointRef::Corner(corner) = point
+            && !is_broken(context)
+        {
+            for user in context.frame.edges.corner_users(corner) {
+                let user_uv = CORNER_UV[user.corner as usize];
+                let (at, sign) = if user.patch == patch && user_uv == own_uv {
                     (vertex, 1.0)
                 } else {
-                    (self.place(lattice, user, user_uv), context.normal_sign(user))
+                    (self.place(lattice, user.patch, user_uv), context.normal_sign(user.patch))
                 };
-                if user == owner && user_uv == uv {
+                if user.patch == owner && user_uv == uv {
                     place = Some(at);
                 }
                 self.summands.push(Summand { point: self.points.len() as u32, place: at, sign });
-            });
+            }
         }
         let place = place.unwrap_or_else(|| self.place(lattice, owner, uv));
         let shading_rate = context.border_rate(patch, point);
         self.points.push(BorderPoint { vertex, owner, place, shading_rate });
     }
 
+    /// Adds border vertices on one tessellation of one edge, with the normals that meet there.
+    fn add_edge(
+        &mut self,
+        context: &DisplaceContext,
+        patch: u32,
+        lattice: &mut Lattice,
+        run: &[(u32, PointRef)],
+        (edge, denominator): (u32, u64),
+    ) {
+        let edges = context.frame.edges;
+        let (owners, users) = (edges.edges[edge as usize].owners, edges.edge_users(edge));
+        let shading_rate = context.border_rate(patch, run[0].1);
+        for &(vertex, point) in run {
+            let PointRef::Edge { numerator, .. } = point else { continue };
+            let owner = owners[usize::from(2 * numerator > denominator)];
+            let (own_uv, mut owner_place) = (lattice.place(vertex), None);
+            for user in users.iter().filter(|user| user.along.has(numerator, denominator)) {
+                let (numerator, denominator) = user.along.own(numerator, denominator);
+                let uv = side_uv(user.side as usize, parameter(numerator, denominator));
+                let (place, sign) = if user.patch == patch && uv == own_uv {
+                    (vertex, 1.0)
+                } else {
+                    (self.place(lattice, user.patch, uv), context.normal_sign(user.patch))
+                };
+                if (user.patch, user.side) == (owner.patch, owner.side) {
+                    owner_place = Some(place);
+                }
+                self.summands.push(Summand { point: self.points.len() as u32, place, sign });
+            }
+            let place = owner_place.unwrap_or_else(|| {
+                let (owner, uv) = context.frame.place(patch, point);
+                self.place(lattice, owner, uv)
+            });
+            self.points.push(BorderPoint { vertex, owner: owner.patch, place, shading_rate });
+        }
+    }
+
     /// Puts a place on another patch behind the others.
+    #[inline(always)]
     fn place(&mut self, lattice: &mut Lattice, patch: u32, uv: [f32; 2]) -> u32 {
         let place = lattice.push(uv);
         if self.runs.last().is_none_or(|run| run.0 != patch) {
@@ -159,23 +214,4 @@ impl Border {
 /// Whether points are displaced along the normals of the patch that asks.
 fn is_broken(context: &DisplaceContext) -> bool {
     matches!(context.frame.sabotage, Some(Sabotage::Normal | Sabotage::EstimatedNormals))
-}
-
-/// Calls `visit` with each patch that has a welded point, and where.
-fn each_user(context: &DisplaceContext, point: PointRef, mut visit: impl FnMut(u32, [f32; 2])) {
-    let edges = context.frame.edges;
-    match point {
-        PointRef::Inside(_) => {}
-        PointRef::Corner(corner) => {
-            for user in edges.corner_users(corner) {
-                visit(user.patch, CORNER_UV[user.corner as usize]);
-            }
-        }
-        PointRef::Edge { edge, numerator, denominator } => {
-            for user in edges.edge_users(edge).iter().filter(|user| user.along.has(numerator, denominator)) {
-                let (numerator, denominator) = user.along.own(numerator, denominator);
-                visit(user.patch, side_uv(user.side as usize, parameter(numerator, denominator)));
-            }
-        }
-    }
 }

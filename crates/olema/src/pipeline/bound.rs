@@ -61,7 +61,8 @@ pub fn bound(context: &SplitContext, piece: &Piece, region: &Region) -> Result<B
     let reach = reach(context.surfaces.level, context.camera, region, of_keys, keys);
     let rounding = ROUNDING * reach.greatest;
     let view = View { camera: context.camera, region };
-    view.finish(&reach, keys, key_times, patch.slack + rounding)
+    let apart = patch.slack + rounding;
+    view.finish(&reach, keys, key_times, apart + context.reach(piece, of_keys, apart))
 }
 
 /// Rounding of an evaluated point, relative to the largest coordinate around it.

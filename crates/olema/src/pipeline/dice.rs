@@ -115,12 +115,7 @@ pub fn dice(context: &DisplaceContext, piece: &Piece) -> Diced {
     workspace.close(frame, &mut grid);
     let mut points = shading_points(context, piece.patch, &workspace, inputs, &mut lists);
     primitive_variables(frame, piece.patch, &mut points, &workspace.lattice, primitive, info);
-    workspace.displaced_normals(context, piece.patch, |vertex, normal| {
-        points.n.set(vertex, normal);
-        if !points.ng.is_empty() {
-            points.ng.set(vertex, normal);
-        }
-    });
+    workspace.displaced_normals(context, piece.patch, [&mut points.n, &mut points.ng]);
     let attributes = &primitive.attributes;
     let [cs, os] = [attributes.color, attributes.opacity].map(Vec3::from_array);
     Diced { grid, points, implied: Implied { cs, os, from_eye: frame.camera.perspective }, left: lists }

@@ -47,6 +47,8 @@ pub struct Spaces {
     pub normal_to_object: DMat4,
     /// Object-space length of a camera-space unit, about.
     pub shrink: f32,
+    /// The same at most.
+    pub most_shrink: f32,
 }
 
 impl Displacer {
@@ -61,16 +63,17 @@ impl Displacer {
             Some(known) => known.abs(),
             None => given.max(0.0),
         };
+        let stretch = |m: &DMat4| largest_stretch(&DMat3::from_mat4(*m));
         let spaces = |&to_camera: &DMat4| {
             let to_object = to_camera.inverse();
             let shrink = crate::math::function::pow64(to_object.determinant().abs(), 1.0 / 3.0) as f32;
-            Spaces { to_camera, to_object, normal_to_object: to_camera.transpose(), shrink }
+            let most_shrink = stretch(&to_object) as f32;
+            Spaces { to_camera, to_object, normal_to_object: to_camera.transpose(), shrink, most_shrink }
         };
         let spaces: Vec<Spaces> = to_camera.iter().map(spaces).collect();
         if !spaces.iter().all(|s| s.to_object.is_finite()) || !bound.is_finite() {
             return None;
         }
-        let stretch = |m: &DMat4| largest_stretch(&DMat3::from_mat4(*m));
         let stretch = to_camera.iter().map(stretch).fold(0.0, f64::max);
         let is_bump = shader.is_bump();
         let bound_cam = if is_bump { 0.0 } else { (f64::from(bound) * stretch * 1.0001) as f32 };
@@ -149,7 +152,7 @@ impl DisplaceContext<'_, '_> {
 
     /// Whether any point of a patch, its border included, may move.
     pub fn is_displaced(&self, patch: u32) -> bool {
-        self.frame.patches.patches[patch as usize].is_displaced
+        self.frame.patches.patches[patch as usize].reach > 0.0
     }
 
     /// +1 where the normal of a patch is dPdu x dPdv, -1 where it is the opposite.
@@ -174,23 +177,22 @@ impl DisplaceContext<'_, '_> {
     }
 }
 
-/// Makes room for displacement in the patches' bounds: their own, and that of the patches that own their borders.
+/// Notes how far displacement may move the patches' points: by their own shaders, and by those of the patches that own
+/// their borders.
 pub fn widen(patches: &mut PatchTable, edges: &EdgeTable, infos: &[PrimitiveInfo]) {
-    let reach_of = |patch: u32, patches: &PatchTable| {
-        let info = &infos[patches.patches[patch as usize].primitive as usize];
-        info.displacement.as_ref().map_or(0.0, |d| d.bound_cam)
-    };
     for ix in 0..patches.patches.len() {
         let patch = patches.patches[ix];
         let owners =
             patch.edges.iter().flat_map(|used| edges.edges[used.edge as usize].owners.map(|o| o.patch));
         let corners = patch.corners.iter().map(|&corner| edges.corners[corner as usize].owner);
-        let most = owners
-            .chain(corners)
-            .filter(|&owner| owner != u32::MAX)
-            .map(|owner| reach_of(owner, patches))
-            .fold(reach_of(ix as u32, patches), f32::max);
-        patches.patches[ix].slack += most;
-        patches.patches[ix].is_displaced = most > 0.0;
+        let (mut reach, mut moves_alone) = (0.0f32, true);
+        for owner in owners.chain(corners).filter(|&owner| owner != u32::MAX).chain([ix as u32]) {
+            let primitive = patches.patches[owner as usize].primitive;
+            moves_alone &= primitive == patch.primitive;
+            let displacement = &infos[primitive as usize].displacement;
+            reach = reach.max(displacement.as_ref().map_or(0.0, |d| d.bound_cam));
+        }
+        let patch = &mut patches.patches[ix];
+        (patch.reach, patch.moves_alone) = (reach, moves_alone);
     }
 }

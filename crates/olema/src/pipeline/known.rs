@@ -22,13 +22,15 @@ pub struct Known {
     rates: Vec<AtomicU32>,
     /// Segments that the inside of a patch asks for, one more along u in the upper 16 bits.
     inner: Vec<AtomicU32>,
+    /// Bits of how far displacement moves the points of a patch, one more.
+    reach: Vec<AtomicU32>,
 }
 
 impl Known {
     /// Room for edges and patches.
     pub fn new(num_edges: usize, num_patches: usize) -> Self {
         let unknown = |len: usize| (0..len).map(|_| AtomicU32::new(UNKNOWN)).collect();
-        Known { rates: unknown(2 * num_edges), inner: unknown(num_patches) }
+        Known { rates: unknown(2 * num_edges), inner: unknown(num_patches), reach: unknown(num_patches) }
     }
 
     /// The rate of an edge, or of the half of one that is `halved`.
@@ -72,6 +74,22 @@ impl Known {
         debug_assert!(segments.iter().all(|&s| s < 0xffff), "a lattice has 65,000 lines at most");
         slot.store((segments[0] + 1) << 16 | segments[1], Ordering::Relaxed);
         segments
+    }
+}
+
+impl Known {
+    /// How far displacement moves the points of a patch, at least 0.
+    pub fn reach(&self, patch: u32, measure: impl FnOnce() -> f32) -> f32 {
+        let Some(slot) = self.reach.get(patch as usize) else {
+            return measure();
+        };
+        let number = slot.load(Ordering::Relaxed);
+        if number != UNKNOWN {
+            return f32::from_bits(number - 1);
+        }
+        let reach = measure();
+        slot.store(reach.to_bits() + 1, Ordering::Relaxed);
+        reach
     }
 }
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::geometry::SurfacePoint;
 use crate::geometry::hull::Hull;
-use crate::geometry::subdivision::{Evaluator, LimitPoint, LimitSurface, Spline};
+use crate::geometry::subdivision::{Evaluator, LimitPoint, LimitSurface, Part, Spline};
 
 use super::motion::Placement;
 
@@ -38,6 +38,19 @@ impl Limit {
         let [from, to] = placement.points.keys;
         let next = if placement.points.part != 0.0 { Some(evaluator.spline(to)?) } else { None };
         Some(PlacedSpline { spline: evaluator.spline(from)?, next, placement })
+    }
+
+    /// The surface at a key over a part of the quad.
+    pub(super) fn spline_of<'e>(
+        &self,
+        evaluator: &'e Evaluator,
+        key: usize,
+        part: Part,
+    ) -> Option<PlacedSpline<'e>> {
+        let placement = self.placements[key];
+        let [from, to] = placement.points.keys;
+        let next = if placement.points.part != 0.0 { Some(evaluator.spline_of(part, to)?) } else { None };
+        Some(PlacedSpline { spline: evaluator.spline_of(part, from)?, next, placement })
     }
 }
 

@@ -29,6 +29,7 @@ pub mod piece;
 pub mod points;
 pub mod primvar;
 pub mod rate;
+pub mod reach;
 pub mod recall;
 pub mod resolve;
 pub mod sample;

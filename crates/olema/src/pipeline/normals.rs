@@ -64,13 +64,14 @@ pub fn blend_normals(level: SimdLevel, [from, to]: [&Vec3s; 2], part: f32, len: 
     );
 }
 
-/// Unit normals of a lattice by central differences, times `sign`; zero where it is folded to nothing.
+/// Unit normals of a lattice by central differences, times `sign`; zero where it is folded to nothing. Returns whether it
+/// is somewhere.
 ///
 /// In: `width` positions a row, row after row. Out: a normal for each of them, of which those of the first and last row
 /// and column mean nothing.
-pub fn lattice_normals(level: SimdLevel, lattice: &Vec3s, width: usize, sign: f32, to: &mut Vec3s) {
+pub fn lattice_normals(level: SimdLevel, lattice: &Vec3s, width: usize, sign: f32, to: &mut Vec3s) -> bool {
     to.resize(lattice.len());
-    let Some(len) = lattice.len().checked_sub(2 * width).filter(|len| *len > 0) else { return };
+    let Some(len) = lattice.len().checked_sub(2 * width).filter(|len| *len > 0) else { return false };
     level.run(
         #[inline(always)]
         || {
@@ -79,15 +80,18 @@ pub fn lattice_normals(level: SimdLevel, lattice: &Vec3s, width: usize, sign: f3
             let (left, right) = (from(width - 1), from(width + 1));
             let (below, above) = (from(0), from(2 * width));
             let mut to = to.slice_mut(width..width + len);
+            let mut num_folded = 0u32;
             for ix in 0..len {
                 let cross = (right.get(ix) - left.get(ix)).cross(above.get(ix) - below.get(ix)) * sign;
                 let length = cross.length();
                 let has_area = (length > f32::MIN_POSITIVE) & (length < f32::INFINITY);
                 let normal = cross / length;
+                num_folded += u32::from(!has_area);
                 to.set(ix, if has_area { normal } else { Vec3::ZERO });
             }
+            num_folded > 0
         },
-    );
+    )
 }
 
 #[cfg(test)]

@@ -66,8 +66,10 @@ pub struct Patch {
     pub params: [f32; 4],
     /// How far, in camera units, a welded neighbour's border may lie from this patch's own.
     pub slack: f32,
-    /// Whether displacement may move points of the patch or of its border.
-    pub is_displaced: bool,
+    /// How far, in camera units, displacement may move points of the patch or of its border.
+    pub reach: f32,
+    /// Whether no other primitive's shader moves its border.
+    pub moves_alone: bool,
 }
 
 /// All patches of a frame.

@@ -58,7 +58,8 @@ fn base_quads(surface: LimitSurface, primitive: u32, placements: Vec<Placement>,
             corners: [0; 4],
             params: [0.0, 1.0, 0.0, 1.0],
             slack: 0.0,
-            is_displaced: false,
+            reach: 0.0,
+            moves_alone: true,
         });
     }
     // A mesh whose keys differ in more than their places has fewer of them.
@@ -119,7 +120,8 @@ fn sheet(
             corners: [0; 4],
             params: [u0, u1, v0, v1],
             slack: 0.0,
-            is_displaced: false,
+            reach: 0.0,
+            moves_alone: true,
         });
     }
     if dropped > 0 {

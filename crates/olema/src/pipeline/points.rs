@@ -69,15 +69,15 @@ impl Points {
         self.evaluate_own(context, [patch, key], lattice, wanted);
         let uv = [&lattice.u[..], &lattice.v[..]];
         let surfaces = &context.frame.surfaces;
-        let ends = border.runs.iter().skip(1).map(|run| run.1).chain([all as u32]);
-        for (&(patch, first), end) in border.runs.iter().zip(ends) {
-            let range = first as usize..end as usize;
+        for (patch, range) in border.runs(all) {
             if wanted.border_derivatives {
-                surfaces.evaluate_list(patch, key as usize, uv, range.clone(), &mut self.at);
-                self.exact_normals(context, [patch, key], uv, range, 1.0);
+                surfaces.evaluate_list(patch, key as usize, uv, range, &mut self.at);
             } else {
                 surfaces.list_positions(patch, key as usize, uv, range, &mut self.at.p);
             }
+        }
+        if wanted.border_derivatives {
+            self.border_normals(context, border, key, uv, lattice.own..all);
         }
         lattice.u.truncate(all);
         lattice.v.truncate(all);
@@ -122,6 +122,24 @@ impl Points {
         }
     }
 
+    /// Normals of the places that a border has on other patches, not oriented.
+    fn border_normals(
+        &mut self,
+        context: &DisplaceContext,
+        border: &Border,
+        key: u32,
+        uv: [&[f32]; 2],
+        places: Range<usize>,
+    ) {
+        let level = context.frame.surfaces.level;
+        let end = places.end;
+        if surface_normals(level, &self.at, places, 1.0, &mut self.normal) {
+            for (patch, range) in border.runs(end) {
+                self.missing_normals(context, [patch, key], uv, range, 1.0);
+            }
+        }
+    }
+
     /// Normals of places of one patch; where the derivatives vanish, those from nearby.
     fn exact_normals(
         &mut self,
@@ -131,13 +149,25 @@ impl Points {
         range: Range<usize>,
         sign: f32,
     ) {
-        let surfaces = &context.frame.surfaces;
-        if surface_normals(surfaces.level, &self.at, range.clone(), sign, &mut self.normal) {
-            for ix in range {
-                if self.normal.get(ix) == Vec3::ZERO {
-                    let nearby = surfaces.normal(patch, key as usize, [uv[0][ix], uv[1][ix]]);
-                    self.normal.set(ix, nearby * sign);
-                }
+        let level = context.frame.surfaces.level;
+        if surface_normals(level, &self.at, range.clone(), sign, &mut self.normal) {
+            self.missing_normals(context, [patch, key], uv, range, sign);
+        }
+    }
+
+    /// Takes normals from nearby where there are none.
+    fn missing_normals(
+        &mut self,
+        context: &DisplaceContext,
+        [patch, key]: [u32; 2],
+        uv: [&[f32]; 2],
+        range: Range<usize>,
+        sign: f32,
+    ) {
+        for ix in range {
+            if self.normal.get(ix) == Vec3::ZERO {
+                let nearby = context.frame.surfaces.normal(patch, key as usize, [uv[0][ix], uv[1][ix]]);
+                self.normal.set(ix, nearby * sign);
             }
         }
     }
@@ -151,25 +181,35 @@ impl Points {
         lattice.each_ghost(|vertex, place| self.normal.set(place, self.normal.get(vertex)));
     }
 
-    /// Calls `visit` with the vertices whose displaced surface has a normal, by where their neighbours on the lattice are,
-    /// and these normals.
+    /// Replaces the normals of vertices by those of the displaced surface, by where their neighbours on the lattice are, in
+    /// each of the lists. Where it is folded to nothing, the normals stay.
     pub fn displaced_normals(
         &mut self,
         context: &DisplaceContext,
         patch: u32,
         lattice: &Lattice,
         placed: &Vec3s,
-        mut visit: impl FnMut(usize, Vec3),
+        normals: [&mut Vec3s; 2],
     ) {
         lattice.ring(placed, &mut self.ring);
         let (level, sign) = (context.frame.surfaces.level, context.normal_sign(patch));
-        lattice_normals(level, &self.ring, lattice.columns + 2, sign, &mut self.ring_normal);
-        lattice.each_in_ring(|vertex, at| {
-            let normal = self.ring_normal.get(at);
-            // A grid that is folded to nothing keeps the normal of the surface below.
-            if normal != Vec3::ZERO {
-                visit(vertex, normal);
+        let (columns, width) = (lattice.columns, lattice.columns + 2);
+        let has_gaps = lattice_normals(level, &self.ring, width, sign, &mut self.ring_normal);
+        // A list that nobody asked for is empty.
+        for list in normals.into_iter().filter(|list| !list.is_empty()) {
+            for row in 0..lattice.rows {
+                let (vertex, at) = (row * columns, (row + 1) * width + 1);
+                if !has_gaps {
+                    list.copy(vertex, &self.ring_normal, at..at + columns);
+                    continue;
+                }
+                for column in 0..columns {
+                    let normal = self.ring_normal.get(at + column);
+                    if normal != Vec3::ZERO {
+                        list.set(vertex + column, normal);
+                    }
+                }
             }
-        });
+        }
     }
 }

@@ -16,6 +16,7 @@ use crate::geometry::RasterCamera;
 
 use super::bound::Hulls;
 use super::connect::{EdgeTable, Part};
+use super::dice::PrimitiveInfo;
 use super::measure::Places;
 use super::patch::{CORNER_UV, Patch, PatchTable, Surfaces, side_uv};
 use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, parameter};
@@ -49,6 +50,8 @@ pub struct SplitContext<'a> {
     pub eye_splits: u8,
     /// How finely each primitive is diced, with all factors but [`Self::rate_scale`].
     pub fineness: &'a [Fineness],
+    /// All primitives.
+    pub infos: &'a [PrimitiveInfo],
     /// A rule to break on purpose; `None` outside tests.
     pub sabotage: Option<Sabotage>,
     /// Lists to measure with.

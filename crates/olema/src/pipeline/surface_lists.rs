@@ -6,10 +6,11 @@
 use std::ops::Range;
 
 use crate::geometry::lanes::{self, SurfacePoints};
+use crate::geometry::subdivision::{Evaluator, Part};
 use crate::math::Vec3s;
 use crate::math::simd::SimdLevel;
 
-use super::limit::PlacedSpline;
+use super::limit::{Limit, PlacedSpline};
 use super::patch::{Loaded, Surface, Surfaces, at_key};
 
 impl Surfaces<'_> {
@@ -29,9 +30,7 @@ impl Surfaces<'_> {
             }
             Loaded::Limit(evaluator, limit) => match limit.spline(evaluator, key) {
                 Some(spline) => spline.evaluate_list(self.level, uv, range, out),
-                None => range.for_each(|ix| {
-                    out.set(ix, limit.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]));
-                }),
+                None => limit.evaluate_parts(evaluator, key, self.level, uv, range, out),
             },
         });
     }
@@ -49,9 +48,7 @@ impl Surfaces<'_> {
             Loaded::Control(first, later) => at_key(first, later, key).positions(self.level, uv, range, out),
             Loaded::Limit(evaluator, limit) => match limit.spline(evaluator, key) {
                 Some(spline) => spline.positions(self.level, uv, range, out),
-                None => range.for_each(|ix| {
-                    out.set(ix, limit.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]).p);
-                }),
+                None => limit.part_positions(evaluator, key, self.level, uv, range, out),
             },
         });
     }
@@ -76,6 +73,98 @@ impl Surfaces<'_> {
             },
             Loaded::Limit(..) => false,
         })
+    }
+}
+
+/// Fewer points are evaluated one by one.
+const FEWEST: usize = 12;
+
+impl Limit {
+    /// The points of a base quad that is no single spline: those of each spline in it are a list of their own.
+    fn evaluate_parts(
+        &self,
+        evaluator: &mut Evaluator,
+        key: usize,
+        level: SimdLevel,
+        uv: [&[f32]; 2],
+        range: Range<usize>,
+        out: &mut SurfacePoints,
+    ) {
+        if range.len() < FEWEST {
+            for ix in range {
+                out.set(ix, self.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]));
+            }
+            return;
+        }
+        let mut found = Vec::with_capacity(range.len());
+        evaluator.parts([&uv[0][range.clone()], &uv[1][range.clone()]], &mut found);
+        // Which of the parts each point is in, and how many come before that part's.
+        let (mut parts, mut firsts): (Vec<Part>, Vec<usize>) = (Vec::new(), vec![0]);
+        let mut numbers = Vec::with_capacity(found.len());
+        for &(part, _) in found.iter().flatten() {
+            let number = parts.iter().rposition(|&known| known == part).unwrap_or_else(|| {
+                parts.push(part);
+                firsts.push(0);
+                parts.len() - 1
+            });
+            firsts[number + 1] += 1;
+            numbers.push(number);
+        }
+        for number in 0..parts.len() {
+            firsts[number + 1] += firsts[number];
+        }
+        let len = numbers.len() + lanes::SLACK;
+        let (mut u, mut v, mut next) = (vec![0.0; len], vec![0.0; len], firsts.clone());
+        for ((_, within), number) in found.iter().flatten().zip(&mut numbers) {
+            let slot = next[*number];
+            next[*number] += 1;
+            [u[slot], v[slot]] = *within;
+            *number = slot;
+        }
+        let mut at = SurfacePoints::default();
+        at.resize(len);
+        for (part, group) in parts.iter().zip(firsts.windows(2)) {
+            if let Some(spline) = self.spline_of(evaluator, key, *part) {
+                spline.evaluate_list(level, [&u, &v], group[0]..group[1], &mut at);
+            }
+        }
+        let of_splines = range.clone().zip(&found).filter(|(_, found)| found.is_some());
+        for ((ix, _), slot) in of_splines.zip(numbers) {
+            out.set(ix, at.get(slot));
+        }
+        // What is asked next may forget the parts.
+        for (ix, _) in range.zip(&found).filter(|(_, found)| found.is_none()) {
+            out.set(ix, self.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]));
+        }
+    }
+
+    /// See [`Self::evaluate_parts`].
+    fn part_positions(
+        &self,
+        evaluator: &mut Evaluator,
+        key: usize,
+        level: SimdLevel,
+        uv: [&[f32]; 2],
+        range: Range<usize>,
+        out: &mut Vec3s,
+    ) {
+        if range.len() < FEWEST {
+            for ix in range {
+                out.set(ix, self.evaluate(evaluator, key, [uv[0][ix], uv[1][ix]]).p);
+            }
+            return;
+        }
+        let len = range.len();
+        let pad = |values: &[f32]| {
+            let mut values = values[range.clone()].to_vec();
+            values.resize(len + lanes::SLACK, 0.0);
+            values
+        };
+        let (u, v) = (pad(uv[0]), pad(uv[1]));
+        let mut at = SurfacePoints::default();
+        at.resize(len + lanes::SLACK);
+        self.evaluate_parts(evaluator, key, level, [&u, &v], 0..len, &mut at);
+        out.copy(range.start, &at.p, 0..len);
     }
 }
 

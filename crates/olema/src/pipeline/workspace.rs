@@ -154,16 +154,11 @@ impl Workspace {
         grid.close(frame.camera, &frame.patches.times.sets[grid.motion as usize], &self.extents);
     }
 
-    /// Hands the vertices whose displaced surface has a normal to `visit`, with these normals.
-    pub fn displaced_normals(
-        &mut self,
-        context: &DisplaceContext,
-        patch: u32,
-        visit: impl FnMut(usize, Vec3),
-    ) {
+    /// Replaces the normals in each of the lists by those of the displaced surface, where it has any.
+    pub fn displaced_normals(&mut self, context: &DisplaceContext, patch: u32, normals: [&mut Vec3s; 2]) {
         let Placed { points, ring, .. } = &mut self.shaded;
         if self.lattice.has_ring() {
-            points.displaced_normals(context, patch, &self.lattice, ring, visit);
+            points.displaced_normals(context, patch, &self.lattice, ring, normals);
         }
     }
 

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::displacement::{DisplacementPoints, DisplacementShader};
+use super::displacement::{Balls, DisplacementPoints, DisplacementShader};
 use super::octaves::{Cells, Fractal, Octave, fractal, octaves, waves};
 use super::params::Params;
 use super::texture::TextureImage;
@@ -193,6 +193,11 @@ pub(super) trait Height: std::fmt::Debug + Send + Sync {
 
     /// Heights of points `first..first + LANES`, which are those of `group`; beyond the last point, anything.
     fn heights(&self, points: &DisplacementPoints, first: usize, group: &Group) -> [f32; LANES];
+
+    /// Size that no height within `balls` exceeds.
+    fn most(&self, _balls: &Balls) -> f32 {
+        1.0
+    }
 }
 
 /// Moves along the normal by a height.
@@ -217,6 +222,14 @@ impl<H: Height> DisplacementShader for AlongNormal<H> {
 
     fn amplitude(&self) -> Option<f32> {
         Some(self.common.amplitude.abs())
+    }
+
+    fn reach(&self, balls: &Balls) -> Option<f32> {
+        let most = self.common.level.run(
+            #[inline(always)]
+            || self.height.most(balls),
+        );
+        Some(self.common.amplitude.abs() * most)
     }
 
     fn is_bump(&self) -> bool {

@@ -84,6 +84,37 @@ fn any_point() -> impl Strategy<Value = Point> {
     })
 }
 
+#[test]
+fn no_offset_within_balls_is_longer_than_their_reach() {
+    let random = |n: u32| 2.0 * unit(hash_all([n, 7])) - 1.0;
+    let (mut sum, mut num) = (0.0, 0.0);
+    for seed in 0..400u32 {
+        let name = ["noise", "fractal", "cells", "vector"][seed as usize % 4];
+        let params = [ShaderParam::float("amplitude", -0.5), ShaderParam::float("seed", (seed / 4) as f32)];
+        let shader = made(name, &params);
+        let random = |n: u32| random(seed * 1000 + n);
+        let radius = 0.2 * random(999).abs();
+        let mut balls = Balls { centers: [[0.0; LANES]; 3], radius };
+        for (axis, centers) in balls.centers.iter_mut().enumerate() {
+            let middle = 9.0 * random(axis as u32);
+            (10..).zip(centers).for_each(|(n, center)| *center = middle + 0.2 * random(3 * n + axis as u32));
+        }
+        let reach = shader.reach(&balls).unwrap();
+        assert!(reach <= shader.amplitude().unwrap());
+        for n in 0..300 {
+            let off = Vec3::new(random(100 + 3 * n), random(101 + 3 * n), random(102 + 3 * n));
+            let center = Vec3::from([0, 1, 2].map(|axis| balls.centers[axis][n as usize % LANES]));
+            let p = center + off.normalize() * radius;
+            let moved = one(&*shader, Point { p, width: 0.0, ..POINT });
+            assert!(moved.length() <= reach, "{name}: {moved} at {p}, {reach}");
+        }
+        if name == "noise" && radius < 0.05 {
+            (sum, num) = (sum + reach, num + 1.0);
+        }
+    }
+    assert!(sum / num < 0.4, "of an amplitude of 0.5: {}", sum / num);
+}
+
 proptest! {
     #[test]
     fn no_offset_exceeds_the_amplitude(

@@ -23,7 +23,7 @@ use glam::{DMat4, Vec3};
 use crate::error::Error;
 use crate::math::Vec3s;
 
-pub use displacement::{DisplacementPoints, DisplacementShader};
+pub use displacement::{Balls, DisplacementPoints, DisplacementShader};
 pub use displacers::{DISPLACEMENTS, Images};
 pub use light::LIGHTS;
 pub use params::{ParamValue, ShaderParam};

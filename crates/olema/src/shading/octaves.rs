@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::displacement::DisplacementPoints;
+use super::displacement::{Balls, DisplacementPoints};
 use super::displacers::{Group, Height};
 use super::params::Params;
 use crate::error::Error;
@@ -84,6 +84,13 @@ pub(super) fn octaves(params: &mut Params, count: f32) -> Result<Vec<Octave>, Er
     Ok(octaves)
 }
 
+/// What gradient noise changes by within a cell's side, at most: it is steepest along an axis, in the middle of a cell at
+/// whose corners all slopes point that way (15/4 before it is scaled to 1; found by trying, over all of a cell).
+const MOST_CHANGE: f32 = 3.62;
+
+/// More than noise is rounded by.
+const ROUNDING: f32 = 1e-3;
+
 /// Gradient noise, in octaves: fractional Brownian motion.
 #[derive(Debug)]
 pub(super) struct Fractal(pub Vec<Octave>);
@@ -93,6 +100,22 @@ impl Height for Fractal {
     fn heights(&self, _: &DisplacementPoints, _: usize, group: &Group) -> [f32; LANES] {
         let [sum] = fractal(&self.0, [0], group);
         sum
+    }
+
+    #[inline(always)]
+    fn most(&self, balls: &Balls) -> f32 {
+        let mut sum = 0.0;
+        for octave in &self.0 {
+            // How far the noise may be from what it is at the balls' centres.
+            let change = MOST_CHANGE * balls.radius * octave.frequency as f32 + ROUNDING;
+            let mut most = 0.0f32;
+            if change < 1.0 {
+                let value = noise_lanes::gradient(&octave.cells(&balls.centers), octave.seed);
+                value.iter().for_each(|value| most = most.max(value.abs()));
+            }
+            sum += octave.weight * (most + change).min(1.0);
+        }
+        sum.min(1.0)
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DMat4, Mat3};
 
-use super::displacement::{DisplacementPoints, DisplacementShader};
+use super::displacement::{Balls, DisplacementPoints, DisplacementShader};
 use crate::math::Vec3s;
 
 /// `shader`, given points of object space: offsets come back in object space. `object_to_shader` is affine and can be
@@ -77,6 +77,10 @@ impl DisplacementShader for InSpace {
 
     fn amplitude(&self) -> Option<f32> {
         self.shader.amplitude().map(|length| length * self.unstretch)
+    }
+
+    fn reach(&self, balls: &Balls) -> Option<f32> {
+        self.shader.reach(&balls.moved(&self.place, self.stretch)).map(|length| length * self.unstretch)
     }
 
     fn is_bump(&self) -> bool {

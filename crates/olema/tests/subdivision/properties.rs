@@ -53,6 +53,27 @@ proptest! {
     }
 
     #[test]
+    fn parts_are_splines_with_the_same_bits(
+        seed in any::<u64>(), mut uv in prop::collection::vec([0.0f32..=1.0, 0.0f32..=1.0], 40),
+    ) {
+        let surface = surface(random_mesh(seed));
+        uv.extend([[0.0, 0.0], [1.0, 0.5], [0.5, 0.0], [1.0, 1.0], [1e-30, 0.25], [0.5f32.next_down(), 0.5]]);
+        let (u, v): (Vec<f32>, Vec<f32>) = uv.iter().map(|&[u, v]| (u, v)).unzip();
+        for quad in 0..surface.num_quads() as u32 {
+            let (mut evaluator, mut parts) = (surface.evaluator(quad), Vec::new());
+            evaluator.parts([&u, &v], &mut parts);
+            prop_assert_eq!(parts.len(), uv.len());
+            let mut other = surface.evaluator(quad);
+            for (found, [u, v]) in parts.into_iter().zip(&uv) {
+                if let Some((part, within)) = found {
+                    let at = evaluator.spline_of(part, 0).unwrap().evaluate(within[0], within[1]);
+                    prop_assert_eq!(at, other.evaluate(0, *u, *v));
+                }
+            }
+        }
+    }
+
+    #[test]
     fn faces_agree_along_their_edges(seed in any::<u64>(), t in 0.0f32..1.0) {
         let surface = surface(random_mesh(seed));
         let mut seen: HashMap<(u32, u32), glam::Vec3> = HashMap::new();

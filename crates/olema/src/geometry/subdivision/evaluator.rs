@@ -10,7 +10,7 @@ use super::bicubic::{Bicubic, Jet};
 use super::hood::{Channel, Hood};
 use super::surface::{LimitSurface, Var, var_channels, var_width};
 use super::topology::Topology;
-use super::tree::Tree;
+use super::tree::{Place, Tree};
 use crate::scene::{Scheme, VarValues};
 
 /// A point of the limit surface and its first derivatives in object space.
@@ -48,16 +48,25 @@ pub struct Aabb {
     pub max: Vec3,
 }
 
-/// A limit surface that is one B-spline over a base quad.
+/// A B-spline that the limit surface is over a base quad or a part of it.
 #[derive(Debug, Clone, Copy)]
-pub struct Spline<'a>(&'a Bicubic);
+pub struct Spline<'a> {
+    spline: &'a Bicubic,
+    /// By how much derivatives grow from the part to the quad: a power of two.
+    scale: f64,
+}
+
+/// A part of a base quad over which the limit surface is one B-spline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part(Place);
 
 impl Spline<'_> {
-    /// What [`Evaluator::evaluate`] gives.
+    /// What [`Evaluator::evaluate`] gives, at (u, v) in the part.
     #[inline(always)]
     pub fn evaluate(&self, u: f32, v: f32) -> LimitPoint {
-        let jet = self.0.evaluate(f64::from(u), f64::from(v));
-        LimitPoint { p: jet.p.as_vec3(), dp_du: jet.du.as_vec3(), dp_dv: jet.dv.as_vec3() }
+        let jet = self.spline.evaluate(f64::from(u), f64::from(v));
+        let (du, dv) = (jet.du * self.scale, jet.dv * self.scale);
+        LimitPoint { p: jet.p.as_vec3(), dp_du: du.as_vec3(), dp_dv: dv.as_vec3() }
     }
 }
 
@@ -118,7 +127,26 @@ impl<'a> Evaluator<'a> {
     /// The surface of a key, if it is one spline over the whole base quad.
     pub fn spline(&self, key: usize) -> Option<Spline<'_>> {
         match &self.shape {
-            Shape::Quad(tree) => tree.spline(key).map(Spline),
+            Shape::Quad(tree) => tree.spline(key).map(|spline| Spline { spline, scale: 1.0 }),
+            _ => None,
+        }
+    }
+
+    /// Finds the parts of the base quad that points lie in, and where in them: appends an entry each to `out`, `None` for
+    /// what is no B-spline's. They are good until anything else is asked.
+    pub fn parts(&mut self, uv: [&[f32]; 2], out: &mut Vec<Option<(Part, [f32; 2])>>) {
+        let mut places = Vec::with_capacity(uv[0].len());
+        match &mut self.shape {
+            Shape::Quad(tree) => tree.splines_at(uv, &mut places),
+            _ => places.resize(uv[0].len(), None),
+        }
+        out.extend(places.into_iter().map(|found| found.map(|(place, uv)| (Part(place), uv))));
+    }
+
+    /// The surface of a key over a part.
+    pub fn spline_of(&self, part: Part, key: usize) -> Option<Spline<'_>> {
+        match &self.shape {
+            Shape::Quad(tree) => tree.spline_of(part.0, key).map(|(spline, scale)| Spline { spline, scale }),
             _ => None,
         }
     }

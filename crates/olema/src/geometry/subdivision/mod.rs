@@ -35,6 +35,6 @@ mod trig;
 mod warning;
 
 pub use connect::{BaseQuad, CornerId, EdgeKind, EdgeRef, Piece};
-pub use evaluator::{Aabb, Evaluator, LimitPoint, Spline};
+pub use evaluator::{Aabb, Evaluator, LimitPoint, Part, Spline};
 pub use surface::LimitSurface;
 pub use warning::MeshWarning;

@@ -37,8 +37,8 @@ enum Piece {
 }
 
 /// A piece and its level below the root.
-#[derive(Debug, Clone, Copy)]
-struct Place {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Place {
     piece: u32,
     depth: u32,
 }
@@ -63,6 +63,40 @@ impl Tree {
         quad::refine(polygon, method, &mut scratch.fine);
         quad::child(&mut scratch, corner as usize);
         Tree { pieces: vec![piece(&scratch.child)], method, scratch }
+    }
+
+    /// Finds the B-splines of a quad that points lie in: of each the piece, and where in that the point is, with no bit
+    /// lost. `None` for points that are no spline's, but a corner's.
+    pub(super) fn splines_at(&mut self, [u, v]: [&[f32]; 2], out: &mut Vec<Option<(Place, [f32; 2])>>) {
+        self.trim();
+        for (&u, &v) in u.iter().zip(v) {
+            let found = self.spline_at([u, v]);
+            out.push(found);
+        }
+    }
+
+    fn spline_at(&mut self, [mut u, mut v]: [f32; 2]) -> Option<(Place, [f32; 2])> {
+        let mut at = Place { piece: 0, depth: 0 };
+        // As `quad_jet` goes.
+        while let Piece::Hood { hood, .. } = &self.pieces[at.piece as usize] {
+            let corner = [[0, 3], [1, 2]][usize::from(u >= 0.5)][usize::from(v >= 0.5)];
+            let is_corner = (u == 0.0 || u == 1.0) && (v == 0.0 || v == 1.0);
+            if at.depth >= MAX_DEPTH || is_corner && hood.has_mask(corner) {
+                return None;
+            }
+            at = Place { piece: self.children(at.piece) + corner as u32, depth: at.depth + 1 };
+            u = if u >= 0.5 { 2.0 * u - 1.0 } else { 2.0 * u };
+            v = if v >= 0.5 { 2.0 * v - 1.0 } else { 2.0 * v };
+        }
+        Some((at, [u, v]))
+    }
+
+    /// The B-spline of a channel over a piece that [`Self::splines_at`] found, and the scale of its derivatives.
+    pub(super) fn spline_of(&self, at: Place, channel: usize) -> Option<(&Bicubic, f64)> {
+        match &self.pieces[at.piece as usize] {
+            Piece::Bicubic(patches) => Some((&patches[channel], (1u64 << at.depth) as f64)),
+            _ => None,
+        }
     }
 
     /// The B-spline of a channel, if it is one over the whole domain.

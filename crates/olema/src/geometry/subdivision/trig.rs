@@ -6,6 +6,31 @@ use std::f64::consts::PI;
 ///
 /// The angle is reduced in whole numbers, so the error stays near 1e-16 for any numerator.
 pub(super) fn half_turn_fraction(numerator: i64, denominator: i64) -> (f64, f64) {
+    if denominator <= MOST_KNOWN as i64 {
+        return KNOWN[denominator as usize][numerator.rem_euclid(2 * denominator) as usize];
+    }
+    computed(numerator, denominator)
+}
+
+/// Larger denominators, which only vertices of more faces ask for, are computed when they are asked for.
+const MOST_KNOWN: usize = 8;
+
+/// By denominator and numerator. Limit masks ask for some dozens a point, and polynomials are ten divisions each.
+static KNOWN: [[(f64, f64); 2 * MOST_KNOWN]; MOST_KNOWN + 1] = {
+    let mut known = [[(0.0, 0.0); 2 * MOST_KNOWN]; MOST_KNOWN + 1];
+    let mut denominator = 1;
+    while denominator <= MOST_KNOWN {
+        let mut numerator = 0;
+        while numerator < 2 * denominator {
+            known[denominator][numerator] = computed(numerator as i64, denominator as i64);
+            numerator += 1;
+        }
+        denominator += 1;
+    }
+    known
+};
+
+const fn computed(numerator: i64, denominator: i64) -> (f64, f64) {
     let numerator = numerator.rem_euclid(2 * denominator);
     // Quarters of a turn, and a rest of at most half of one to either side.
     let quarters = (4 * numerator + denominator) / (2 * denominator);
@@ -20,13 +45,15 @@ pub(super) fn half_turn_fraction(numerator: i64, denominator: i64) -> (f64, f64)
 }
 
 /// Taylor polynomials, exact to rounding for |x| <= pi / 4.
-fn cos_sin_small(x: f64) -> (f64, f64) {
+const fn cos_sin_small(x: f64) -> (f64, f64) {
     let x2 = x * x;
     let (mut c, mut s) = (1.0, 1.0);
-    for k in (1..=10).rev() {
+    let mut k = 10;
+    while k > 0 {
         let even = (2 * k) as f64;
         c = 1.0 - x2 / (even * (even - 1.0)) * c;
         s = 1.0 - x2 / (even * (even + 1.0)) * s;
+        k -= 1;
     }
     (c, x * s)
 }
@@ -34,6 +61,15 @@ fn cos_sin_small(x: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_known_is_what_would_be_computed() {
+        for d in 1..=MOST_KNOWN as i64 {
+            for n in -40..40 {
+                assert_eq!(half_turn_fraction(n, d), computed(n, d), "{n}/{d}");
+            }
+        }
+    }
 
     #[test]
     fn agrees_with_the_standard_functions() {

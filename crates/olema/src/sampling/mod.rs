@@ -35,6 +35,7 @@ pub mod lens;
 pub mod moving;
 pub mod nomotion;
 mod nomotion_lanes;
+mod nomotion_setup;
 mod packed;
 pub mod pattern;
 pub mod rasterizer;

@@ -8,6 +8,15 @@ use crate::sampling::rows::{WORD_PX, WORD_STEP_PX};
 
 /// Pixels of a row that are looked up at once.
 const MOST_COLUMNS: i32 = 16;
+/// A step along x and one along y at most: boxes of micropolygons.
+const SMALL: i32 = 0x1_0001;
+/// Fewer than [`MOST_COLUMNS`] steps along x.
+const WIDE: i32 = !0xffff | (MOST_COLUMNS - 1);
+/// The pixel of the lowest of four bits, a pair: two in the first row and two in the next.
+const LOWEST: [i32; LANES] = {
+    let (right, below) = (1, 1 << 16);
+    [0, 0, right, 0, below, 0, right, 0, right | below, 0, right, 0, below, 0, right, 0]
+};
 /// The sign bits of pairs.
 const SIGNS: i32 = 0x8000_8000_u32 as i32;
 const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
@@ -29,11 +38,11 @@ struct Held<L: Lanes> {
 }
 
 impl<L: Lanes> Pixels<L> {
-    /// Whether there are more than [`MOST_COLUMNS`] in a row of any of them.
+    /// Whether there are no more steps than these bits of pairs hold, of any of them.
     #[inline(always)]
-    fn are_wide(&self, lanes: L) -> bool {
-        let beyond = lanes.gt(lanes.and(self.steps, lanes.splat(0x7fff & -MOST_COLUMNS)), lanes.splat(0));
-        lanes.bits(beyond) & self.some != 0
+    fn are_within(&self, lanes: L, bits: i32) -> bool {
+        let within = lanes.eq(lanes.and(self.steps, lanes.splat(!SIGNS & !bits)), lanes.splat(0));
+        !lanes.bits(within) & self.some == 0
     }
 }
 
@@ -49,7 +58,13 @@ impl OfTuple<'_> {
             if pixels.some == 0 {
                 continue;
             }
-            let is_wide = may_be_wide && pixels.are_wide(lanes);
+            if let Some(held) = held
+                && pixels.are_within(lanes, SMALL)
+            {
+                self.find_small(lanes, first, &pixels, held, &mut scratch.listed);
+                continue;
+            }
+            let is_wide = may_be_wide && !pixels.are_within(lanes, WIDE);
             let held = if held.is_some() { held } else { self.held_of(lanes, &pixels) };
             match held.filter(|_| !is_wide) {
                 Some(held) => self.find(lanes, first, &pixels, held, &mut scratch.listed),
@@ -102,6 +117,41 @@ impl OfTuple<'_> {
         let steps = lanes.sub2(lanes.min2(last, lanes.splat(self.frame.last_px)), first);
         let has_pixels = lanes.eq(lanes.and(steps, lanes.splat(SIGNS)), lanes.splat(0));
         Pixels { first, steps, some: lanes.bits(has_pixels) & active }
+    }
+
+    /// As [`Self::find`], where no box has more than 2 x 2 pixels.
+    #[inline(always)]
+    fn find_small<L: Lanes>(
+        &self,
+        lanes: L,
+        first: usize,
+        pixels: &Pixels<L>,
+        held: Held<L>,
+        listed: &mut Listed,
+    ) {
+        let quads = numbered(lanes, first);
+        let (zero, one, low) = (lanes.splat(0), lanes.splat(1), lanes.splat(0xffff));
+        let from = lanes.sub2(pixels.first, lanes.splat(held.corner));
+        let (from_x, from_y) = (lanes.and(from, low), lanes.shr(from, 16));
+        let (steps_x, steps_y) = (lanes.and(pixels.steps, low), lanes.shr(pixels.steps, 16));
+        let columns = lanes.or(lanes.add(steps_x, steps_x), one);
+        let columns = lanes.select(lanes.mask(pixels.some), columns, zero);
+        let here = lanes.and(lanes.shr_each(lanes.lookup(held.words, from_y), from_x), columns);
+        let row = lanes.lookup(held.words, lanes.add(from_y, one));
+        let below = lanes.and(lanes.shr_each(row, from_x), columns);
+        let below = lanes.and(below, lanes.sub(zero, steps_y));
+        let mut left = lanes.or(here, lanes.shl(below, 2));
+        let table = lanes.load(&LOWEST, 0);
+        // Whether anything is found is hard to predict, so that nothing is left out the first time.
+        loop {
+            let found = 0xffff & !lanes.bits(lanes.eq(left, zero));
+            let pixel = lanes.add2(pixels.first, lanes.lookup(table, left));
+            listed.add(lanes, quads, pixel, found);
+            left = lanes.and(left, lanes.sub(left, one));
+            if lanes.bits(lanes.eq(left, zero)) == 0xffff {
+                return;
+            }
+        }
     }
 
     /// Lists those of the pixels that hold the tuple.

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use glam::Vec3;
 use olema::engine::Bench;
 use olema::pipeline::shade::{ShadeLists, ShadedGrid, Shader, VertexSet};
-use olema::scene::{Attributes, Geometry, Keyed, PatchKind, PatchMesh, Points, Primitive, Transform};
+use olema::scene::{Attributes, Geometry, Keyed, Origin, PatchKind, PatchMesh, Points, Primitive, Transform};
 use olema::shading::{
     Inputs, OpacityUse, PlacedLight, ShadedPoints, ShaderTraits, ShadingPoints, SurfaceShader,
 };
@@ -46,7 +46,7 @@ impl SurfaceShader for Recorder {
 fn grid(shader: &Arc<Recorder>, opacity: f32) -> ShadedGrid {
     let points = vec![[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [-1.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
     let mesh = PatchMesh {
-        kind: PatchKind::Bilinear,
+        kind: Arc::new(PatchKind::Bilinear),
         nu: 2,
         nv: 2,
         wrap_u: false,
@@ -64,6 +64,7 @@ fn grid(shader: &Arc<Recorder>, opacity: f32) -> ShadedGrid {
             shading_rate: 20.0,
             ..Attributes::default()
         }),
+        origin: Origin::default(),
     });
     let settings = Settings { resolution: [64, 64], ..Settings::default() };
     let bench = Bench::new(&scene, &settings).expect("a scene");

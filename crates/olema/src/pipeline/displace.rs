@@ -103,13 +103,13 @@ impl Corrections {
     }
 
     /// A sentence for each primitive, in the scene's order.
-    pub fn warnings(&self, scene: &Scene, infos: &[PrimitiveInfo]) -> Vec<String> {
+    pub fn warnings(&self, scene: &Scene, infos: &[Arc<PrimitiveInfo>]) -> Vec<String> {
         let mut entries = self.entries.clone();
         entries.sort_unstable_by_key(|(primitive, ..)| *primitive);
         let mut warnings = Vec::new();
         for (primitive, needed, not_finite) in entries {
             let ix = primitive as usize;
-            let name = scene.primitives[ix].attributes.object_name(ix);
+            let name = scene.primitives[ix].object_name(ix);
             let bound = infos[ix].displacement.as_ref().map_or(0.0, |d| d.bound);
             if needed > 0.0 {
                 warnings.push(format!(
@@ -133,7 +133,7 @@ pub struct DisplaceContext<'a, 'f> {
     /// The scene.
     pub scene: &'a Scene,
     /// All primitives.
-    pub infos: &'a [PrimitiveInfo],
+    pub infos: &'a [Arc<PrimitiveInfo>],
     /// Where corrections are noted.
     pub corrections: &'a RefCell<Corrections>,
     /// Lists to work with.
@@ -175,7 +175,7 @@ impl DisplaceContext<'_, '_> {
 }
 
 /// Makes room for displacement in the patches' bounds: their own, and that of the patches that own their borders.
-pub fn widen(patches: &mut PatchTable, edges: &EdgeTable, infos: &[PrimitiveInfo]) {
+pub fn widen(patches: &mut PatchTable, edges: &EdgeTable, infos: &[Arc<PrimitiveInfo>]) {
     let reach_of = |patch: u32, patches: &PatchTable| {
         let info = &infos[patches.patches[patch as usize].primitive as usize];
         info.displacement.as_ref().map_or(0.0, |d| d.bound_cam)

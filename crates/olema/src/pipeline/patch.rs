@@ -118,6 +118,19 @@ impl PatchTable {
         true
     }
 
+    /// What [`Surface::side_curve`] says of a patch at motion key `key`; `None` without control points.
+    pub fn side_curve(&self, patch: u32, key: usize, side: usize) -> Option<[Vec4; 4]> {
+        let patch = &self.patches[patch as usize];
+        if patch.shape != Shape::Bicubic || patch.rational {
+            return Some(self.control_surface(patch, key)?.side_curve(side));
+        }
+        // Connecting asks for neighbours' sides alone. First point, and steps between points.
+        const SIDES: [[usize; 2]; 4] = [[0, 1], [3, 4], [12, 1], [0, 4]];
+        let [point, step] = SIDES[side];
+        let (points, _) = self.floats[patch.first_float as usize + key * 48..][..48].as_chunks::<3>();
+        Some(std::array::from_fn(|ix| Vec3::from_array(points[point + ix * step]).extend(1.0)))
+    }
+
     /// The surface of a patch with control points at motion key `key`.
     pub fn control_surface(&self, patch: &Patch, key: usize) -> Option<Surface> {
         let width = if patch.rational { 4 } else { 3 };

@@ -20,7 +20,7 @@ fn a_patch_has_its_points_and_variables() {
             "heat" [3 4] "varying color tint" [1 0 0 0 1 0 0 0 1 1 1 1] "uniform string tag" "x""#,
     );
     let mesh = mesh(&frame, 0);
-    assert_eq!((mesh.kind, mesh.nu, mesh.nv), (PatchKind::Bilinear, 2, 2));
+    assert_eq!((*mesh.kind, mesh.nu, mesh.nv), (PatchKind::Bilinear, 2, 2));
     let p = Points::P(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.]]);
     assert_eq!(mesh.points.first(), &p);
     let vars: Vec<_> = mesh.vars.iter().map(|v| (v.name.as_str(), v.class, v.ty, v.array_len)).collect();
@@ -47,7 +47,7 @@ fn meshes_wrap_and_have_a_basis_in_each_direction() {
     ));
     let mesh = mesh(&frame, 0);
     assert_eq!(mesh.num_patches(), Some([6, 1]));
-    let PatchKind::Bicubic { u, v } = mesh.kind else { panic!("bicubic") };
+    let PatchKind::Bicubic { u, v } = *mesh.kind else { panic!("bicubic") };
     assert_eq!((u.step, v), (1, PatchBasis::BEZIER));
     assert_eq!(u.matrix[3], [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0, 0.0]);
 }
@@ -100,7 +100,10 @@ fn attributes_go_with_the_primitives_that_follow() {
         {PATCH}"#
     ));
     let a = &frame.scene.primitives[0].attributes;
-    assert_eq!((a.name.as_str(), a.origin.as_str()), ("lid", "test.rib:5"));
+    assert_eq!(
+        (a.name.as_str(), frame.scene.primitives[0].origin.to_string().as_str()),
+        ("lid", "test.rib:5")
+    );
     assert_eq!((a.color, a.opacity, a.sides, a.matte), ([0.1, 0.2, 0.3], [0.5; 3], Sides::One, true));
     assert_eq!((a.shading_rate, a.shading_interpolation), (4.0, ShadingInterpolation::Smooth));
     assert_eq!(a.texture_coordinates[3], [2.0, 2.0]);

@@ -146,6 +146,9 @@ fn empty_grid(frame: &SplitContext, piece: &Piece, look: Look, spare: &mut Spare
     grid.x.reserve_exact(room);
     grid.y.reserve_exact(room);
     grid.depth.reserve_exact(room);
+    if frame.camera.lens.is_some() {
+        grid.coc.reserve_exact(room);
+    }
     (grid, lists)
 }
 

@@ -104,6 +104,24 @@ fn a_vertex_is_shaded_once_and_looks_as_if_all_were() {
 }
 
 #[test]
+fn a_grid_that_is_shaded_all_over_needs_no_more_than_its_colours() {
+    let recorder = recorder(false);
+    let grid = grid(&recorder, 1.0);
+    let shader = Shader { surface: recorder.as_ref(), lights: &[] };
+    let num = grid.grid.num_vertices();
+    let (first, last) = ((0..num / 2).collect::<Vec<_>>(), (num / 2..num).collect::<Vec<_>>());
+    let (_, count) = grid.shade_some(&set(&first), shader, &mut ShadeLists::default());
+    assert_eq!(count.points as usize, num / 2);
+    // Half of it is not shaded yet, which is not forgotten.
+    grid.let_go_of_points();
+    let (colors, count) = grid.shade_some(&set(&last), shader, &mut ShadeLists::default());
+    assert_eq!(count.points as usize, num - num / 2);
+    grid.let_go_of_points();
+    let (again, count) = grid.shade_some(&set(&first), shader, &mut ShadeLists::default());
+    assert_eq!((count.points, &again.color), (0, &colors.color));
+}
+
+#[test]
 fn derivatives_of_computed_values_get_a_ring_that_is_counted_apart() {
     let recorder = recorder(true);
     let grid = grid(&recorder, 1.0);

@@ -84,7 +84,7 @@ impl<'a> FrameData<'a> {
         let camera = RasterCamera::new(&scene.camera, settings.resolution);
         let fineness: Vec<Fineness> = scene.primitives.iter().map(|p| fineness(p, settings)).collect();
         let (mut patches, mut edges, warnings) = connected(scene, &camera, settings, &fineness, sabotage);
-        let infos = primitive_infos(scene, &camera, &patches.times, settings.shading_time);
+        let infos = PrimitiveInfo::of_all(scene, &camera, &patches.times, settings.shading_time);
         if infos.iter().any(|info| info.displacement.is_some()) {
             edges.list_users(&patches);
             widen(&mut patches, &edges, &infos);
@@ -299,31 +299,6 @@ pub(super) fn count_unseen(result: Result<Bound, Unseen>, stats: &mut Stats) -> 
 
 /// Lights in camera space.
 type PlacedLights = Arc<[Arc<dyn PlacedLight>]>;
-
-/// What dicing knows of each primitive. A file may have a primitive for each of its patches: those that follow each other
-/// with the same attributes, transformation and key times share it.
-fn primitive_infos(
-    scene: &Scene,
-    camera: &RasterCamera,
-    times: &KeyTimes,
-    shading_time: f32,
-) -> Vec<Arc<PrimitiveInfo>> {
-    let mut infos: Vec<Arc<PrimitiveInfo>> = Vec::with_capacity(scene.primitives.len());
-    for (ix, primitive) in scene.primitives.iter().enumerate() {
-        let is_like = |before: usize| {
-            let other = &scene.primitives[before];
-            Arc::ptr_eq(&primitive.attributes, &other.attributes)
-                && primitive.to_world.is_shared_with(&other.to_world)
-                && times.of_primitive[before] == times.of_primitive[ix]
-        };
-        let info = match ix.checked_sub(1).filter(|&before| is_like(before)) {
-            Some(before) => Arc::clone(&infos[before]),
-            None => Arc::new(PrimitiveInfo::new(scene, camera, primitive, times.of(ix as u32), shading_time)),
-        };
-        infos.push(info);
-    }
-    infos
-}
 
 /// The lights of each primitive; neighbours with the same list share theirs.
 fn lights_of_primitives(scene: &Scene, placed: &[Arc<dyn PlacedLight>]) -> Vec<PlacedLights> {

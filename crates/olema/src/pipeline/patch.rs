@@ -359,3 +359,22 @@ pub const SIDE_CORNERS: [[usize; 2]; 4] = [[0, 1], [1, 3], [2, 3], [0, 2]];
 
 /// (u, v) of a corner.
 pub const CORNER_UV: [[f32; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::patchify::patchify;
+    use crate::standard::teapot::teapot;
+
+    #[test]
+    fn a_side_alone_has_the_curve_that_the_whole_patch_has() {
+        let scene = teapot();
+        let (table, _) = patchify(&scene, &KeyTimes::still(&scene));
+        for (patch, ix) in table.patches.iter().zip(0u32..) {
+            let surface = table.control_surface(patch, 0).expect("control points");
+            for side in 0..4 {
+                assert_eq!(table.side_curve(ix, 0, side), Some(surface.side_curve(side)), "{ix} {side}");
+            }
+        }
+    }
+}

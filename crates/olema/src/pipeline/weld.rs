@@ -207,3 +207,36 @@ fn cell(p: Vec3, octave: i32) -> [i64; 3] {
     let side = f64::from_bits(((1023 + (octave + CELL_OCTAVES).clamp(-1000, 1000)) as u64) << 52);
     p.to_array().map(|x| (f64::from(x) / side).floor() as i64)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{hash_all, unit};
+
+    /// Points around the corners of a lattice, with tolerances of several octaves; many come again.
+    #[test]
+    fn points_weld_to_the_lowest_that_is_close_enough_for_both() {
+        let asked: Vec<(Vec3, f32)> = (0..3000u32)
+            .map(|ix| {
+                let random = |axis: u32| unit(hash_all([ix / 2, axis]));
+                let place = |axis: u32| (random(axis) * 6.0).floor() + (random(axis + 3) - 0.5) * 0.006;
+                let p = Vec3::new(place(0), place(1), place(2));
+                (p, if ix % 7 == 0 { 0.0 } else { 1e-4 * (random(9) * 7.0).exp2() })
+            })
+            .collect();
+        let mut welder = Welder::new(asked.iter().map(|&(_, tolerance)| tolerance));
+        let (mut points, mut known) = (Vec::<(Vec3, f32)>::new(), Vec::<(Vec3, u32)>::new());
+        for &(p, tolerance) in &asked {
+            let exact = known.iter().find(|(q, _)| *q == p).map(|&(_, id)| id);
+            let close = |(q, other): &(Vec3, f32)| (p - *q).abs().max_element() <= tolerance.min(*other);
+            let near = || points.iter().position(close).map(|id| id as u32);
+            let id = exact.or_else(near).unwrap_or(points.len() as u32);
+            if id as usize == points.len() {
+                points.push((p, tolerance));
+            }
+            known.push((p, id));
+            assert_eq!(welder.weld(p, tolerance), id, "{p} within {tolerance}");
+        }
+        assert!(points.len() > 250 && points.len() < 1400, "{}", points.len());
+    }
+}

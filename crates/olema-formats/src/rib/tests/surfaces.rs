@@ -1,5 +1,7 @@
 //! Patches, their parameters, attributes, orientation, lights.
 
+use std::sync::Arc;
+
 use olema::scene::{
     Class, Geometry, PatchBasis, PatchKind, PatchMesh, Points, ShadingInterpolation, Sides, VarType,
     VarValues,
@@ -108,6 +110,22 @@ fn attributes_go_with_the_primitives_that_follow() {
     assert_eq!((a.shading_rate, a.shading_interpolation), (4.0, ShadingInterpolation::Smooth));
     assert_eq!(a.texture_coordinates[3], [2.0, 2.0]);
     assert_eq!(a.surface.name(), "plastic");
+}
+
+#[test]
+fn primitives_share_what_nothing_changed_between_them() {
+    let frame = world(&format!(
+        r#"{PATCH} {PATCH} Color [1 0 0] {PATCH} AttributeBegin {PATCH} Color [0 1 0] {PATCH} AttributeEnd {PATCH}
+        Translate 1 0 0 {PATCH}"#
+    ));
+    let all = &frame.scene.primitives;
+    let is_shared: Vec<bool> =
+        all.windows(2).map(|two| Arc::ptr_eq(&two[0].attributes, &two[1].attributes)).collect();
+    assert_eq!(is_shared, [true, false, true, false, false, true]);
+    let colors: Vec<[f32; 3]> = all[2..6].iter().map(|primitive| primitive.attributes.color).collect();
+    assert_eq!(colors, [[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+    assert!(all[4].to_world.is_shared_with(&all[5].to_world) && all[6].to_world != all[5].to_world);
+    assert!((1..all.len()).all(|ix| Arc::ptr_eq(&mesh(&frame, 0).kind, &mesh(&frame, ix).kind)));
 }
 
 #[test]

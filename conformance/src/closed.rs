@@ -73,7 +73,7 @@ fn wrapped(
     points: Vec<[f32; 3]>,
 ) -> olema::scene::Geometry {
     olema::scene::Geometry::Patches(Arc::new(PatchMesh {
-        kind,
+        kind: Arc::new(kind),
         nu,
         nv,
         wrap_u: true,

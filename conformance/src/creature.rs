@@ -26,7 +26,7 @@ pub fn tube(nu: usize, nv: usize) -> Scene {
         }
     }
     let mesh = PatchMesh {
-        kind: PatchKind::Bicubic { u: B_SPLINE, v: B_SPLINE },
+        kind: Arc::new(PatchKind::Bicubic { u: B_SPLINE, v: B_SPLINE }),
         nu,
         nv,
         wrap_u: true,

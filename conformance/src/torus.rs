@@ -42,7 +42,7 @@ pub fn torus(nu: usize, nv: usize, blurred: bool, grey: impl Fn(u32) -> f32) -> 
         values: VarValues::Floats(colors),
     };
     let mesh = PatchMesh {
-        kind: PatchKind::Bilinear,
+        kind: Arc::new(PatchKind::Bilinear),
         nu,
         nv,
         wrap_u: true,

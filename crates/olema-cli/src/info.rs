@@ -148,7 +148,7 @@ impl FrameInfo {
         let kind = match &primitive.geometry {
             Geometry::Patches(mesh) => {
                 self.add_patches(primitive, mesh);
-                match mesh.kind {
+                match *mesh.kind {
                     PatchKind::Bilinear => "bilinear patches",
                     PatchKind::Bicubic { .. } => "bicubic patches",
                 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DMat4, DVec3};
 use olema::scene::{
-    Attributes, Camera, Geometry, Light, Primitive, Projection, Scheme, ShadingInterpolation, Sides,
+    Attributes, Camera, Geometry, Light, Origin, Primitive, Projection, Scheme, ShadingInterpolation, Sides,
     Transform,
 };
 use olema::shading::{self, ShaderParam};
@@ -196,6 +196,7 @@ impl std::fmt::Display for View {
 
 fn scene(file: &str, stem: &str, parts: Vec<Part>, view: &View) -> Result<Scene, Error> {
     let mut scene = Scene::new(view.camera());
+    let file: Arc<str> = Arc::from(file);
     let lights = lights(&view.world_to_camera().inverse())?.map(|light| scene.add_light(light));
     let shine = [("Ka", 1.0), ("Kd", 0.8), ("Ks", 0.25), ("roughness", 0.08)];
     let surface = shading::surface("plastic", &shine.map(|(name, value)| ShaderParam::float(name, value)))?;
@@ -209,11 +210,12 @@ fn scene(file: &str, stem: &str, parts: Vec<Part>, view: &View) -> Result<Scene,
     };
     for Part { name, line, mesh } in parts {
         let name = if name.is_empty() { stem.to_owned() } else { name };
-        let attributes = Attributes { name, origin: format!("{file}:{line}"), ..look.clone() };
+        let attributes = Attributes { name, ..look.clone() };
         scene.primitives.push(Primitive {
             geometry: Geometry::Subdivision(Arc::new(mesh)),
             to_world: Transform::default(),
             attributes: Arc::new(attributes),
+            origin: Origin { file: Arc::clone(&file), line },
         });
     }
     Ok(scene)

@@ -10,7 +10,9 @@
 //! ```
 //! use std::sync::Arc;
 //!
-//! use olema::scene::{Attributes, Camera, Geometry, Keyed, Light, PatchKind, PatchMesh, Points, Primitive, Transform};
+//! use olema::scene::{
+//!     Attributes, Camera, Geometry, Keyed, Light, Origin, PatchKind, PatchMesh, Points, Primitive, Transform,
+//! };
 //! use olema::{Hooks, Renderer, Scene, Settings, shading};
 //!
 //! # fn main() -> Result<(), olema::Error> {
@@ -21,7 +23,7 @@
 //!     to_world: Transform::default(),
 //! });
 //! let square = PatchMesh {
-//!     kind: PatchKind::Bilinear,
+//!     kind: Arc::new(PatchKind::Bilinear),
 //!     nu: 2,
 //!     nv: 2,
 //!     wrap_u: false,
@@ -43,6 +45,7 @@
 //!         lights: Arc::from([sun]),
 //!         ..Attributes::default()
 //!     }),
+//!     origin: Origin::default(),
 //! });
 //! let settings = Settings { resolution: [40, 30], ..Settings::default() };
 //! let frame = Renderer::new(settings)?.render(&scene, &Hooks::default())?;

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use glam::Vec3;
 use olema::engine::Bench;
 use olema::pipeline::shade::{ShadeLists, ShadedGrid, Shader, VertexSet};
-use olema::scene::{Attributes, Geometry, Keyed, PatchKind, PatchMesh, Points, Primitive, Transform};
+use olema::scene::{Attributes, Geometry, Keyed, Origin, PatchKind, PatchMesh, Points, Primitive, Transform};
 use olema::shading::{
     Inputs, OpacityUse, PlacedLight, ShadedPoints, ShaderTraits, ShadingPoints, SurfaceShader,
 };
@@ -46,7 +46,7 @@ impl SurfaceShader for Recorder {
 fn grid(shader: &Arc<Recorder>, opacity: f32) -> ShadedGrid {
     let points = vec![[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [-1.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
     let mesh = PatchMesh {
-        kind: PatchKind::Bilinear,
+        kind: Arc::new(PatchKind::Bilinear),
         nu: 2,
         nv: 2,
         wrap_u: false,
@@ -64,6 +64,7 @@ fn grid(shader: &Arc<Recorder>, opacity: f32) -> ShadedGrid {
             shading_rate: 20.0,
             ..Attributes::default()
         }),
+        origin: Origin::default(),
     });
     let settings = Settings { resolution: [64, 64], ..Settings::default() };
     let bench = Bench::new(&scene, &settings).expect("a scene");
@@ -100,6 +101,24 @@ fn a_vertex_is_shaded_once_and_looks_as_if_all_were() {
     }
     assert_eq!(second.color[10], all.color[10]);
     assert_ne!(first.color[10], all.color[10], "colours that were handed out do not change");
+}
+
+#[test]
+fn a_grid_that_is_shaded_all_over_needs_no_more_than_its_colours() {
+    let recorder = recorder(false);
+    let grid = grid(&recorder, 1.0);
+    let shader = Shader { surface: recorder.as_ref(), lights: &[] };
+    let num = grid.grid.num_vertices();
+    let (first, last) = ((0..num / 2).collect::<Vec<_>>(), (num / 2..num).collect::<Vec<_>>());
+    let (_, count) = grid.shade_some(&set(&first), shader, &mut ShadeLists::default());
+    assert_eq!(count.points as usize, num / 2);
+    // Half of it is not shaded yet, which is not forgotten.
+    grid.let_go_of_points();
+    let (colors, count) = grid.shade_some(&set(&last), shader, &mut ShadeLists::default());
+    assert_eq!(count.points as usize, num - num / 2);
+    grid.let_go_of_points();
+    let (again, count) = grid.shade_some(&set(&first), shader, &mut ShadeLists::default());
+    assert_eq!((count.points, &again.color), (0, &colors.color));
 }
 
 #[test]

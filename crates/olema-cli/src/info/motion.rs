@@ -98,8 +98,12 @@ impl MotionInfo {
                 continue;
             }
             info.primitives += 1;
-            let look = &primitive.attributes;
-            info.add(if look.name.is_empty() { &look.origin } else { &look.name }, &times);
+            let name = &primitive.attributes.name;
+            if name.is_empty() {
+                info.add(&primitive.origin.to_string(), &times);
+            } else {
+                info.add(name, &times);
+            }
         }
         info
     }

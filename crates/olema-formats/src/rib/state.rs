@@ -167,7 +167,6 @@ impl AttrState {
     pub fn new(surface: Arc<dyn SurfaceShader>) -> Self {
         let look = Attributes {
             name: String::new(),
-            origin: String::new(),
             color: [1.0; 3],
             opacity: [1.0; 3],
             surface,

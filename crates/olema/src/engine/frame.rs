@@ -57,10 +57,11 @@ pub(super) struct FrameData<'a> {
     pub camera: RasterCamera,
     pub patches: PatchTable,
     pub edges: EdgeTable,
-    pub infos: Vec<PrimitiveInfo>,
+    /// What dicing knows of each primitive; neighbours that are alike share it.
+    pub infos: Vec<Arc<PrimitiveInfo>>,
     pub fineness: Vec<Fineness>,
     /// Lights of each primitive, in camera space.
-    pub lights: Vec<Vec<Arc<dyn PlacedLight>>>,
+    pub lights: Vec<PlacedLights>,
     pub pattern: SamplePattern,
     /// Local times of the pattern's tuples, for each set of key times.
     pub times: Vec<TupleTimes>,
@@ -83,10 +84,7 @@ impl<'a> FrameData<'a> {
         let camera = RasterCamera::new(&scene.camera, settings.resolution);
         let fineness: Vec<Fineness> = scene.primitives.iter().map(|p| fineness(p, settings)).collect();
         let (mut patches, mut edges, warnings) = connected(scene, &camera, settings, &fineness, sabotage);
-        let info = |(ix, primitive)| {
-            PrimitiveInfo::new(scene, &camera, primitive, patches.times.of(ix), settings.shading_time)
-        };
-        let infos: Vec<PrimitiveInfo> = (0u32..).zip(&scene.primitives).map(info).collect();
+        let infos = PrimitiveInfo::of_all(scene, &camera, &patches.times, settings.shading_time);
         if infos.iter().any(|info| info.displacement.is_some()) {
             edges.list_users(&patches);
             widen(&mut patches, &edges, &infos);
@@ -98,7 +96,6 @@ impl<'a> FrameData<'a> {
             .iter()
             .map(|light| light.shader.place(&(world_to_camera * light.to_world.at(shading_time))))
             .collect();
-        let lights_of = |ixs: &[u32]| ixs.iter().filter_map(|&ix| placed.get(ix as usize).cloned()).collect();
         let pattern = SamplePattern::new(PatternSpec {
             samples: settings.samples,
             tile: settings.pattern_tile_side(),
@@ -121,7 +118,7 @@ impl<'a> FrameData<'a> {
         stats.warnings.extend(warnings);
         FrameData {
             infos,
-            lights: scene.primitives.iter().map(|p| lights_of(&p.attributes.lights)).collect(),
+            lights: lights_of_primitives(scene, &placed),
             tiles: Tiles::new(settings, &pattern, filter.radius),
             scene,
             settings,
@@ -254,7 +251,7 @@ impl<'a> FrameData<'a> {
                 pieces.truncate(first_piece);
                 touches.truncate(first_touch);
                 let ix = self.patches.patches[patch as usize].primitive as usize;
-                let name = self.scene.primitives[ix].attributes.object_name(ix);
+                let name = self.scene.primitives[ix].object_name(ix);
                 stats.warnings.push(format!(
                     "{name}: patch {patch} has control points so far apart that single precision cannot tell \
                      where it passes the eye; it is not drawn"
@@ -301,6 +298,23 @@ pub(super) fn count_unseen(result: Result<Bound, Unseen>, stats: &mut Stats) -> 
     }
 }
 
+/// Lights in camera space.
+type PlacedLights = Arc<[Arc<dyn PlacedLight>]>;
+
+/// The lights of each primitive; neighbours with the same list share theirs.
+fn lights_of_primitives(scene: &Scene, placed: &[Arc<dyn PlacedLight>]) -> Vec<PlacedLights> {
+    let mut lights: Vec<PlacedLights> = Vec::with_capacity(scene.primitives.len());
+    for (ix, primitive) in scene.primitives.iter().enumerate() {
+        let ixs = &primitive.attributes.lights;
+        let is_like = |before: usize| Arc::ptr_eq(ixs, &scene.primitives[before].attributes.lights);
+        lights.push(match ix.checked_sub(1).filter(|&before| is_like(before)) {
+            Some(before) => Arc::clone(&lights[before]),
+            None => ixs.iter().filter_map(|&ix| placed.get(ix as usize).cloned()).collect(),
+        });
+    }
+    lights
+}
+
 /// How finely a primitive is diced.
 fn fineness(primitive: &Primitive, settings: &Settings) -> Fineness {
     let attributes = &primitive.attributes;
@@ -344,7 +358,7 @@ fn connected(
     let welded = welded(&patches, &edges);
     let (refined, coarse) = KeyTimes::of_file(scene, &welded).refined(scene, camera, settings, &welded);
     for (primitive, error) in coarse {
-        let name = scene.primitives[primitive as usize].attributes.object_name(primitive as usize);
+        let name = scene.primitives[primitive as usize].object_name(primitive as usize);
         warnings.push(format!(
             "{name}: its path is so curved that it is drawn up to {error} pixels off; more key times would help"
         ));

@@ -350,6 +350,11 @@ impl<'a> TileWorker<'a> {
                 let (colors, count) = grid.shade_some(&self.seen, shader, &mut self.lists);
                 self.count_shaded(count);
                 self.buffers.slots.set_colors(slot, colors);
+                // Beside the slot's and the one here.
+                let waits = Arc::strong_count(&grid) > 2;
+                if waits {
+                    grid.let_go_of_points();
+                }
             }
         }
         self.buffers.used = used;

@@ -7,6 +7,8 @@
 //! An edge is owned by the lowest patch that has it. Its tessellation is a function of the owner's curve, the
 //! finest shading rate of all its patches and the camera, so both sides agree whatever else differs.
 
+use std::collections::hash_map::Entry;
+
 use glam::{Vec3, Vec4};
 
 use crate::geometry::Aabb;
@@ -228,6 +230,9 @@ impl EdgeTable {
 /// welded by what these are at all keys, base quads of a mesh by its topology.
 pub fn connect(table: &mut PatchTable, fineness: &[Fineness]) -> EdgeTable {
     let mut edges = EdgeTable::default();
+    // Sheets have about as many corners, and twice as many edges, as patches.
+    edges.edges.reserve_exact(2 * table.patches.len());
+    edges.corners.reserve_exact(table.patches.len());
     let rate_of = |primitive: u32| fineness[primitive as usize];
     let mut by_points = ByPoints::new(table);
     let mut by_topology = ByTopology::default();
@@ -239,7 +244,7 @@ pub fn connect(table: &mut PatchTable, fineness: &[Fineness]) -> EdgeTable {
                 let quad = table.limits[limit as usize].surface.quad(quad);
                 by_topology.connect(&mut edges, limit, &quad, ix as u32, rate)
             }
-            _ => by_points.connect(&mut edges, ix as u32, rate),
+            _ => by_points.connect(table, &mut edges, ix as u32, rate),
         };
         (table.patches[ix].corners, table.patches[ix].edges) = (corners, uses);
     }
@@ -247,8 +252,10 @@ pub fn connect(table: &mut PatchTable, fineness: &[Fineness]) -> EdgeTable {
         edge.halved = edge.middle != u32::MAX;
     }
     for ix in 0..table.patches.len() {
-        table.patches[ix].slack = by_points.curves.slack(&edges, &table.patches[ix], ix);
+        table.patches[ix].slack = by_points.slack(table, &edges, ix);
     }
+    edges.edges.shrink_to_fit();
+    edges.corners.shrink_to_fit();
     edges.known = Known::new(edges.edges.len(), table.patches.len());
     edges
 }
@@ -324,30 +331,45 @@ impl ByTopology {
 
 /// Corners and edges of the patches connected so far, by their control points.
 struct ByPoints {
-    curves: Curves,
+    /// How close is equal, for each patch.
+    tolerance: Vec<f32>,
+    /// Sides of the patch that is connected, key after key.
+    keys: Vec<Sides>,
     corners: KeyedWelder,
     corner_of_weld: Map<u32, u32>,
     middles: KeyedWelder,
-    /// Edges by their ends and middle.
-    edges: Map<(u32, u32, u32), Vec<u32>>,
+    /// The first edge between two corners with a middle,
+    edges: Map<(u32, u32, u32), u32>,
+    /// and after each edge the next one of these.
+    next: Map<u32, u32>,
 }
 
 impl ByPoints {
     fn new(table: &PatchTable) -> Self {
-        let curves = Curves::new(table);
+        let tolerance: Vec<f32> = table.patches.iter().map(|patch| tolerance(table, patch)).collect();
         ByPoints {
-            corners: KeyedWelder::new(curves.tolerances()),
+            keys: Vec::new(),
+            corners: KeyedWelder::new(tolerance.iter().copied()),
             corner_of_weld: Map::default(),
-            middles: KeyedWelder::new(curves.tolerances()),
+            middles: KeyedWelder::new(tolerance.iter().copied()),
             edges: Map::default(),
-            curves,
+            next: Map::default(),
+            tolerance,
         }
     }
 
-    fn connect(&mut self, table: &mut EdgeTable, patch: u32, rate: Fineness) -> ([u32; 4], [EdgeUse; 4]) {
-        let tolerance = self.curves.tolerance[patch as usize];
-        let motion = self.curves.motion[patch as usize];
-        let keys = self.curves.of(patch);
+    fn connect(
+        &mut self,
+        patches: &PatchTable,
+        table: &mut EdgeTable,
+        patch: u32,
+        rate: Fineness,
+    ) -> ([u32; 4], [EdgeUse; 4]) {
+        let tolerance = self.tolerance[patch as usize];
+        let motion = patches.patches[patch as usize].motion;
+        let mut keys = std::mem::take(&mut self.keys);
+        keys.clear();
+        keys.extend(sides(patches, patch));
         let corners: [u32; 4] = std::array::from_fn(|corner| {
             let places = keys.iter().map(|sides| project(end_of(sides, corner)));
             let weld = self.corners.weld(motion, places, tolerance);
@@ -359,19 +381,31 @@ impl ByPoints {
             let [from, to] = SIDE_CORNERS[side].map(|c| corners[c]);
             let places = keys.iter().map(|sides| curve_middle(&sides[side]));
             let middle = self.middles.weld(motion, places, tolerance);
-            let known = self.edges.entry((from.min(to), from.max(to), middle)).or_default();
-            let matched = known.iter().find_map(|&ix| {
+            let first = self.edges.entry((from.min(to), from.max(to), middle));
+            let is_new = matches!(first, Entry::Vacant(_));
+            let next_edge = table.edges.len() as u32;
+            let first = *first.or_insert(next_edge);
+            let matches = |ix: u32| {
                 let owner = table.edges[ix as usize].owners[0];
-                let tolerance = tolerance.min(self.curves.tolerance[owner.patch as usize]);
-                let owner_keys = self.curves.of(owner.patch);
-                let mut agree = keys
-                    .iter()
-                    .zip(owner_keys)
-                    .map(|(sides, owners)| same_curve(&sides[side], &owners[owner.side as usize], tolerance));
+                let tolerance = tolerance.min(self.tolerance[owner.patch as usize]);
+                let mut agree = keys.iter().enumerate().map(|(key, sides)| {
+                    let owners = patches.side_curve(owner.patch, key, owner.side as usize)?;
+                    same_curve(&sides[side], &owners, tolerance)
+                });
                 let reversed = agree.next()??;
-                (keys.len() == owner_keys.len() && agree.all(|other| other == Some(reversed)))
+                (keys.len() == patches.num_keys(owner.patch) && agree.all(|other| other == Some(reversed)))
                     .then_some((ix, reversed))
-            });
+            };
+            // All that were found so far, in their order.
+            let (mut matched, mut last, mut next) = (None, None, (!is_new).then_some(first));
+            while let Some(ix) = next {
+                matched = matches(ix);
+                last = next;
+                next = self.next.get(&ix).copied().filter(|_| matched.is_none());
+            }
+            if let (None, Some(last)) = (matched, last) {
+                self.next.insert(last, next_edge);
+            }
             let (edge, reversed) = matched.unwrap_or_else(|| {
                 let along = Along::default();
                 table.edges.push(Edge {
@@ -382,84 +416,68 @@ impl ByPoints {
                     middle: u32::MAX,
                     fineness: rate,
                 });
-                known.push(table.edges.len() as u32 - 1);
                 (table.edges.len() as u32 - 1, false)
             });
             table.use_edge(edge, rate);
             EdgeUse { edge, along: Along { part: Part::Whole, reversed } }
         });
+        self.keys = keys;
         (corners, uses)
+    }
+
+    /// How far the border of a patch as its owners draw it may be from its own.
+    fn slack(&self, patches: &PatchTable, table: &EdgeTable, ix: usize) -> f32 {
+        let patch = &patches.patches[ix];
+        let agrees = |(key, mine): (usize, Sides)| {
+            let edges_agree = (0..4).all(|side| {
+                let used = patch.edges[side];
+                let owner = table.edges[used.edge as usize].owners[0];
+                let curve = patches.side_curve(owner.patch, key, owner.side as usize).map(|mut curve| {
+                    if used.along.reversed {
+                        curve.reverse();
+                    }
+                    curve
+                });
+                curve == Some(mine[side])
+            });
+            let corners_agree = (0..4).all(|c| {
+                let corner = &table.corners[patch.corners[c] as usize];
+                let [side, end] = CORNER_ENDS[corner.corner as usize];
+                let curve = patches.side_curve(corner.owner, key, side);
+                curve.map(|curve| curve[end]) == Some(end_of(&mine, c))
+            });
+            edges_agree && corners_agree
+        };
+        let all_agree = sides(patches, ix as u32).enumerate().all(agrees);
+        if all_agree { 0.0 } else { 2.0 * self.tolerance[ix] }
     }
 }
 
 /// The curves of a patch's sides at one key.
 type Sides = [[Vec4; 4]; 4];
 
-/// Side curves of all patches at all keys, and how close is equal.
-struct Curves {
-    sides: Vec<Sides>,
-    /// The first of each patch; one more than patches.
-    starts: Vec<usize>,
-    tolerance: Vec<f32>,
-    motion: Vec<u32>,
+/// The sides of a patch, key after key; none without control points.
+fn sides(table: &PatchTable, patch: u32) -> impl Iterator<Item = Sides> + '_ {
+    (0..table.num_keys(patch)).map_while(move |key| {
+        let surface = table.control_surface(&table.patches[patch as usize], key)?;
+        Some(std::array::from_fn(|side| surface.side_curve(side)))
+    })
 }
 
-impl Curves {
-    fn new(table: &PatchTable) -> Self {
-        let mut curves =
-            Curves { sides: Vec::new(), starts: vec![0], tolerance: Vec::new(), motion: Vec::new() };
-        for (ix, patch) in table.patches.iter().enumerate() {
-            let mut bounds = Aabb::EMPTY;
-            for key in 0..table.num_keys(ix as u32) {
-                let Some(surface) = table.control_surface(patch, key) else { break };
-                if key == 0 {
-                    surface.hull([0.0, 1.0], [0.0, 1.0], |p| bounds.include(p));
-                }
-                curves.sides.push(std::array::from_fn(|side| surface.side_curve(side)));
-            }
-            let has_points = curves.sides.len() > curves.starts[ix];
-            curves.tolerance.push(if has_points { bounds.diagonal() * WELD_TOLERANCE } else { 0.0 });
-            curves.starts.push(curves.sides.len());
-            curves.motion.push(patch.motion);
-        }
-        curves
-    }
-
-    fn tolerances(&self) -> impl Iterator<Item = f32> {
-        self.tolerance.iter().copied()
-    }
-
-    /// The sides of a patch, key after key.
-    fn of(&self, patch: u32) -> &[Sides] {
-        &self.sides[self.starts[patch as usize]..self.starts[patch as usize + 1]]
-    }
-
-    /// How far the border of the patch as its owners draw it may be from its own.
-    fn slack(&self, table: &EdgeTable, patch: &Patch, ix: usize) -> f32 {
-        let agrees = |(key, mine): (usize, &Sides)| {
-            let edges_agree = (0..4).all(|side| {
-                let used = patch.edges[side];
-                let owner = table.edges[used.edge as usize].owners[0];
-                let mut curve = self.of(owner.patch)[key][owner.side as usize];
-                if used.along.reversed {
-                    curve.reverse();
-                }
-                curve == mine[side]
-            });
-            let corners_agree = (0..4).all(|c| {
-                let corner = &table.corners[patch.corners[c] as usize];
-                end_of(&self.of(corner.owner)[key], corner.corner as usize) == end_of(mine, c)
-            });
-            edges_agree && corners_agree
-        };
-        let all_agree = self.of(ix as u32).iter().enumerate().all(agrees);
-        if all_agree { 0.0 } else { 2.0 * self.tolerance[ix] }
-    }
+/// How close points of a patch have to be to be one.
+fn tolerance(table: &PatchTable, patch: &Patch) -> f32 {
+    let Some(surface) = table.control_surface(patch, 0) else { return 0.0 };
+    let mut bounds = Aabb::EMPTY;
+    surface.hull([0.0, 1.0], [0.0, 1.0], |p| bounds.include(p));
+    bounds.diagonal() * WELD_TOLERANCE
 }
 
-/// A corner point, counted as [`super::Patch::corners`] counts them.
+/// Side and point of its curve for each corner, counted as [`super::Patch::corners`] counts them.
+const CORNER_ENDS: [[usize; 2]; 4] = [[0, 0], [0, 3], [2, 0], [2, 3]];
+
 fn end_of(sides: &Sides, corner: usize) -> Vec4 {
-    [sides[0][0], sides[0][3], sides[2][0], sides[2][3]][corner]
+    let [side, end] = CORNER_ENDS[corner];
+    sides[side][end]
 }
 
 fn project(p: Vec4) -> Vec3 {

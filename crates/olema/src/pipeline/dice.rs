@@ -4,6 +4,8 @@
 //! vertices. Points of the piece's sides come from the edges (through their owners), the others from the
 //! patch: see [`lattice`](super::lattice). Source: Cook et al. 1987, section 3.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::geometry::RasterCamera;
@@ -14,7 +16,7 @@ use crate::shading::{Inputs, PointVar, ShadingPoints};
 use super::displace::{DisplaceContext, Displacer};
 use super::grid::{Grid, GridKey, Look};
 use super::lattice::Lattice;
-use super::motion::{placement, placements};
+use super::motion::{KeyTimes, placement, placements};
 use super::piece::{Piece, PieceKind};
 use super::primvar::{each_variable, has_variables, texture_coordinates};
 use super::spare::{GridLists, Spare};
@@ -64,6 +66,36 @@ impl PrimitiveInfo {
         let displacement = Displacer::new(primitive, &at_keys);
         let shading = keys.locate(f64::from(time));
         PrimitiveInfo { to_camera, shading, normal_sign: if turned { -1.0 } else { 1.0 }, look, displacement }
+    }
+}
+
+impl PrimitiveInfo {
+    /// Derives it from all primitives. A file may have one for each of its patches: those that follow each other with the
+    /// same attributes, transformation and key times share it.
+    pub fn of_all(
+        scene: &Scene,
+        camera: &RasterCamera,
+        times: &KeyTimes,
+        shading_time: f32,
+    ) -> Vec<Arc<PrimitiveInfo>> {
+        let mut infos: Vec<Arc<PrimitiveInfo>> = Vec::with_capacity(scene.primitives.len());
+        for (ix, primitive) in scene.primitives.iter().enumerate() {
+            let is_like = |before: usize| {
+                let other = &scene.primitives[before];
+                Arc::ptr_eq(&primitive.attributes, &other.attributes)
+                    && primitive.to_world.is_shared_with(&other.to_world)
+                    && times.of_primitive[before] == times.of_primitive[ix]
+            };
+            let info = match ix.checked_sub(1).filter(|&before| is_like(before)) {
+                Some(before) => Arc::clone(&infos[before]),
+                None => {
+                    let times = times.of(ix as u32);
+                    Arc::new(PrimitiveInfo::new(scene, camera, primitive, times, shading_time))
+                }
+            };
+            infos.push(info);
+        }
+        infos
     }
 }
 
@@ -141,6 +173,9 @@ fn empty_grid(frame: &SplitContext, piece: &Piece, look: Look, spare: &mut Spare
     grid.x.reserve_exact(room);
     grid.y.reserve_exact(room);
     grid.depth.reserve_exact(room);
+    if frame.camera.lens.is_some() {
+        grid.coc.reserve_exact(room);
+    }
     (grid, lists)
 }
 

@@ -106,13 +106,13 @@ impl Corrections {
     }
 
     /// A sentence for each primitive, in the scene's order.
-    pub fn warnings(&self, scene: &Scene, infos: &[PrimitiveInfo]) -> Vec<String> {
+    pub fn warnings(&self, scene: &Scene, infos: &[Arc<PrimitiveInfo>]) -> Vec<String> {
         let mut entries = self.entries.clone();
         entries.sort_unstable_by_key(|(primitive, ..)| *primitive);
         let mut warnings = Vec::new();
         for (primitive, needed, not_finite) in entries {
             let ix = primitive as usize;
-            let name = scene.primitives[ix].attributes.object_name(ix);
+            let name = scene.primitives[ix].object_name(ix);
             let bound = infos[ix].displacement.as_ref().map_or(0.0, |d| d.bound);
             if needed > 0.0 {
                 warnings.push(format!(
@@ -136,7 +136,7 @@ pub struct DisplaceContext<'a, 'f> {
     /// The scene.
     pub scene: &'a Scene,
     /// All primitives.
-    pub infos: &'a [PrimitiveInfo],
+    pub infos: &'a [Arc<PrimitiveInfo>],
     /// Where corrections are noted.
     pub corrections: &'a RefCell<Corrections>,
     /// Lists to work with.
@@ -179,7 +179,7 @@ impl DisplaceContext<'_, '_> {
 
 /// Notes how far displacement may move the patches' points: by their own shaders, and by those of the patches that own
 /// their borders.
-pub fn widen(patches: &mut PatchTable, edges: &EdgeTable, infos: &[PrimitiveInfo]) {
+pub fn widen(patches: &mut PatchTable, edges: &EdgeTable, infos: &[Arc<PrimitiveInfo>]) {
     for ix in 0..patches.patches.len() {
         let patch = patches.patches[ix];
         let owners =

@@ -120,6 +120,19 @@ impl PatchTable {
         true
     }
 
+    /// What [`Surface::side_curve`] says of a patch at motion key `key`; `None` without control points.
+    pub fn side_curve(&self, patch: u32, key: usize, side: usize) -> Option<[Vec4; 4]> {
+        let patch = &self.patches[patch as usize];
+        if patch.shape != Shape::Bicubic || patch.rational {
+            return Some(self.control_surface(patch, key)?.side_curve(side));
+        }
+        // Connecting asks for neighbours' sides alone. First point, and steps between points.
+        const SIDES: [[usize; 2]; 4] = [[0, 1], [3, 4], [12, 1], [0, 4]];
+        let [point, step] = SIDES[side];
+        let (points, _) = self.floats[patch.first_float as usize + key * 48..][..48].as_chunks::<3>();
+        Some(std::array::from_fn(|ix| Vec3::from_array(points[point + ix * step]).extend(1.0)))
+    }
+
     /// The surface of a patch with control points at motion key `key`.
     pub fn control_surface(&self, patch: &Patch, key: usize) -> Option<Surface> {
         let width = if patch.rational { 4 } else { 3 };
@@ -348,3 +361,22 @@ pub const SIDE_CORNERS: [[usize; 2]; 4] = [[0, 1], [1, 3], [2, 3], [0, 2]];
 
 /// (u, v) of a corner.
 pub const CORNER_UV: [[f32; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::patchify::patchify;
+    use crate::standard::teapot::teapot;
+
+    #[test]
+    fn a_side_alone_has_the_curve_that_the_whole_patch_has() {
+        let scene = teapot();
+        let (table, _) = patchify(&scene, &KeyTimes::still(&scene));
+        for (patch, ix) in table.patches.iter().zip(0u32..) {
+            let surface = table.control_surface(patch, 0).expect("control points");
+            for side in 0..4 {
+                assert_eq!(table.side_curve(ix, 0, side), Some(surface.side_curve(side)), "{ix} {side}");
+            }
+        }
+    }
+}

@@ -18,13 +18,18 @@ use super::patch::{Patch, PatchTable, Shape};
 
 /// Turns all primitives of `scene` into patches, placed at their key times. Warnings name the object.
 pub fn patchify(scene: &Scene, times: &KeyTimes) -> (PatchTable, Vec<String>) {
-    let mut table =
-        PatchTable { patches: Vec::new(), floats: Vec::new(), limits: Vec::new(), times: times.clone() };
+    let [num_patches, num_floats] = sizes(scene, times);
+    let mut table = PatchTable {
+        patches: Vec::with_capacity(num_patches),
+        floats: Vec::with_capacity(num_floats),
+        limits: Vec::new(),
+        times: times.clone(),
+    };
     let mut warnings = Vec::new();
     for (ix, primitive) in scene.primitives.iter().enumerate() {
         let placements = placements(scene, primitive, times.of(ix as u32));
         let mut warn = |problem: &dyn std::fmt::Display| {
-            warnings.push(format!("{}: {problem}", primitive.attributes.object_name(ix)));
+            warnings.push(format!("{}: {problem}", primitive.object_name(ix)));
         };
         match &primitive.geometry {
             Geometry::Patches(mesh) => {
@@ -40,6 +45,22 @@ pub fn patchify(scene: &Scene, times: &KeyTimes) -> (PatchTable, Vec<String>) {
         }
     }
     (table, warnings)
+}
+
+/// Patches that sheets become, and floats of their control points, unless these are rational or not all are drawn: lists
+/// that grow by doubling leave as much memory behind as they take.
+fn sizes(scene: &Scene, times: &KeyTimes) -> [usize; 2] {
+    let mut sizes = [0; 2];
+    for (ix, primitive) in (0u32..).zip(&scene.primitives) {
+        let Geometry::Patches(mesh) = &primitive.geometry else { continue };
+        let Some([pu, pv]) = mesh.num_patches() else { continue };
+        if mesh.points.values.iter().all(|points| Some(points.len()) == mesh.nu.checked_mul(mesh.nv)) {
+            let num_points = if *mesh.kind == PatchKind::Bilinear { 4 } else { 16 };
+            sizes[0] += pu * pv;
+            sizes[1] += pu * pv * times.of(ix).len() * num_points * 3;
+        }
+    }
+    sizes
 }
 
 /// One patch for each base quad of a limit surface.
@@ -112,7 +133,7 @@ fn sheet(
         table.patches.push(Patch {
             primitive,
             cell: [column as u32, row as u32],
-            shape: if mesh.kind == PatchKind::Bilinear { Shape::Bilinear } else { Shape::Bicubic },
+            shape: if *mesh.kind == PatchKind::Bilinear { Shape::Bilinear } else { Shape::Bicubic },
             rational,
             first_float: first_float as u32,
             motion: table.times.of_primitive[primitive as usize],
@@ -152,7 +173,7 @@ fn camera_points(points: &Keyed<Points>, len: usize, placement: &Placement) -> V
 /// The Bezier points (or corners) of the patch at `column`, `row` of the sheet, and how many they are.
 fn bezier_points(mesh: &PatchMesh, points: &[DVec4], column: usize, row: usize) -> ([DVec4; 16], usize) {
     let at = |i: usize, j: usize| points[(j % mesh.nv) * mesh.nu + i % mesh.nu];
-    match mesh.kind {
+    match *mesh.kind {
         PatchKind::Bilinear => {
             let corners =
                 [at(column, row), at(column + 1, row), at(column, row + 1), at(column + 1, row + 1)];

@@ -91,7 +91,7 @@ fn vertex_form(
     value: impl Fn(usize) -> Option<Vec<f32>>,
 ) -> Option<Form> {
     let at = |i: usize, j: usize| value((j % mesh.nv) * mesh.nu + i % mesh.nu);
-    match mesh.kind {
+    match *mesh.kind {
         PatchKind::Bilinear => Some(Form::Corners([
             at(column, row)?,
             at(column + 1, row)?,

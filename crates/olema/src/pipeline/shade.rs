@@ -251,7 +251,7 @@ pub struct ShadedGrid {
 #[derive(Debug)]
 struct Shading {
     /// What shaders see; let go of when all vertices are shaded.
-    points: Option<ShadingPoints>,
+    points: Option<Box<ShadingPoints>>,
     implied: Implied,
     colors: Arc<Colors>,
     shaded: VertexSet,
@@ -266,7 +266,7 @@ impl ShadedGrid {
         let given_opaque =
             if points.os.is_empty() { implied.os.min_element() >= 1.0 } else { is_opaque(&points.os) };
         let surely_opaque = grid.look.matte || keeps && given_opaque;
-        let points = (!grid.look.matte).then_some(points);
+        let points = (!grid.look.matte).then(|| Box::new(points));
         let colors = Arc::new(Colors { color: left.color, opacity: Vec3s::default() });
         let (shaded, seen) = (left.shaded, left.seen);
         let shading = Shading { points, implied, colors, shaded, seen };
@@ -278,7 +278,7 @@ impl ShadedGrid {
         let Grid { x, y, depth, coc, .. } = self.grid;
         let Shading { points, colors, shaded, seen, .. } =
             self.shading.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let ShadingPoints { p, n, .. } = points.unwrap_or_default();
+        let ShadingPoints { p, n, .. } = points.map(|points| *points).unwrap_or_default();
         let color = Arc::into_inner(colors).map(|colors| colors.color).unwrap_or_default();
         let mut lists = GridLists { x, y, depth, coc, p, n, color, shaded, seen };
         [&mut lists.x, &mut lists.y, &mut lists.coc].into_iter().for_each(Vec::clear);
@@ -346,6 +346,14 @@ impl ShadedGrid {
             }
         }
         (Arc::clone(colors), count)
+    }
+
+    /// Lets go of what shaders see, if all vertices are shaded: for a grid that waits for other tiles.
+    pub fn let_go_of_points(&self) {
+        let mut shading = self.shading.lock().unwrap_or_else(PoisonError::into_inner);
+        if shading.shaded.len() == self.grid.num_vertices() {
+            shading.points = None;
+        }
     }
 
     /// Notes that something visible uses these vertices; the number of those that nothing used before.

@@ -48,7 +48,7 @@ pub struct Spare {
 
 impl Spare {
     /// What is kept at most: about the grids of a tile.
-    const MOST_BYTES: usize = 1 << 20;
+    const MOST_BYTES: usize = 1 << 19;
 
     /// Keeps lists, while there is room.
     pub fn keep(&mut self, lists: GridLists) {
@@ -62,7 +62,7 @@ impl Spare {
     /// Lists for a grid of `num_vertices` over all keys: such as had about as many, or new ones, as a grid may live long.
     pub fn take(&mut self, num_vertices: usize) -> GridLists {
         let fits = |lists: &GridLists| {
-            (num_vertices..=num_vertices + num_vertices / 4).contains(&lists.x.capacity())
+            (num_vertices..=num_vertices + num_vertices / 8).contains(&lists.x.capacity())
         };
         let Some(ix) = self.lists.iter().rposition(fits) else {
             return GridLists::default();

@@ -11,6 +11,7 @@
 //! DiagSplit (Fisher et al. 2009).
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use crate::geometry::RasterCamera;
 
@@ -51,7 +52,7 @@ pub struct SplitContext<'a> {
     /// How finely each primitive is diced, with all factors but [`Self::rate_scale`].
     pub fineness: &'a [Fineness],
     /// All primitives.
-    pub infos: &'a [PrimitiveInfo],
+    pub infos: &'a [Arc<PrimitiveInfo>],
     /// A rule to break on purpose; `None` outside tests.
     pub sabotage: Option<Sabotage>,
     /// Lists to measure with.

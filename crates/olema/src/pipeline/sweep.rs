@@ -117,7 +117,11 @@ impl Sweep {
             ends: [ends[0], ends[1]],
         };
         let mut segments = seen.map(segment);
-        Sweep { first: segments.next(), more: segments.collect() }
+        let first = segments.next();
+        // As many grids as wait for a tile have such lists: they hold no more than they need.
+        let mut more = Vec::with_capacity(keys.len().saturating_sub(2));
+        more.extend(segments);
+        Sweep { first, more }
     }
 
     #[inline(always)]

@@ -3,43 +3,66 @@
 //! In: points with a tolerance each. Out: numbers, counted from 0 in the order in which new ones appear. Used by
 //! `connect` for corners and for the middles of edges.
 
+use std::hash::BuildHasher;
+
 use glam::Vec3;
 
 use crate::math::map::{Map, Mixing};
 
-/// Points by the cell that holds them.
+/// Points by a hash of what they are looked up by. Others that have the same hash come with them.
 #[derive(Default)]
-struct Cells {
-    /// The last entry of each cell.
-    last: Map<[i64; 3], u32>,
-    /// A point, and the entry before it in the same cell.
-    entries: Vec<(u32, u32)>,
+struct Chains {
+    /// The last entry of each bucket, a power of two of them.
+    last: Vec<u32>,
+    entries: Vec<Entry>,
+}
+
+/// A point under a hash, and the entry before it in the same bucket.
+struct Entry {
+    hash: u32,
+    point: u32,
+    before: u32,
 }
 
 /// No entry.
 const NONE: u32 = u32::MAX;
 
-impl Cells {
-    fn with_capacity(num: usize) -> Self {
-        Cells {
-            last: Map::with_capacity_and_hasher(num, Mixing::default()),
-            entries: Vec::with_capacity(num),
+impl Chains {
+    fn bucket(&self, hash: u32) -> usize {
+        hash as usize & (self.last.len() - 1)
+    }
+
+    fn push(&mut self, hash: u32, point: u32) {
+        if self.entries.len() == self.last.len() {
+            self.grow();
         }
+        let bucket = self.bucket(hash);
+        let before = std::mem::replace(&mut self.last[bucket], self.entries.len() as u32);
+        self.entries.push(Entry { hash, point, before });
     }
 
-    fn push(&mut self, cell: [i64; 3], point: u32) {
-        let next = self.entries.len() as u32;
-        let before = self.last.insert(cell, next).unwrap_or(NONE);
-        self.entries.push((point, before));
+    fn grow(&mut self) {
+        let num_buckets = (2 * self.last.len()).max(64);
+        self.last.clear();
+        self.last.resize(num_buckets, NONE);
+        for (entry, ix) in self.entries.iter_mut().zip(0u32..) {
+            let bucket = entry.hash as usize & (num_buckets - 1);
+            entry.before = std::mem::replace(&mut self.last[bucket], ix);
+        }
+        self.entries.reserve_exact(num_buckets - self.entries.len());
     }
 
-    /// Points in a cell.
-    fn of(&self, cell: [i64; 3]) -> impl Iterator<Item = u32> + '_ {
-        let mut next = self.last.get(&cell).copied().unwrap_or(NONE);
+    /// Points under a hash.
+    fn of(&self, hash: u32) -> impl Iterator<Item = u32> + '_ {
+        let mut next = if self.last.is_empty() { NONE } else { self.last[self.bucket(hash)] };
         std::iter::from_fn(move || {
-            let &(point, before) = self.entries.get(next as usize)?;
-            next = before;
-            Some(point)
+            while let Some(entry) = self.entries.get(next as usize) {
+                next = entry.before;
+                if entry.hash == hash {
+                    return Some(entry.point);
+                }
+            }
+            None
         })
     }
 }
@@ -50,55 +73,72 @@ impl Cells {
 /// tolerances asks, so a point is entered in the grids of its own octave and all finer ones that occur, and
 /// looked up in its own and the finer ones. Cells hold only points that did not weld, so they stay short.
 pub struct Welder {
-    /// Octaves that occur, ascending, and their grids.
-    octaves: Vec<(i32, Cells)>,
-    exact: Map<[u32; 3], u32>,
+    /// Octaves that occur, ascending.
+    octaves: Vec<i32>,
+    /// Points by octave and cell, and by their bits. That a cell's come with a few of others does no harm, as all are
+    /// compared.
+    chains: Chains,
+    mixing: Mixing,
     points: Vec<(Vec3, f32)>,
+    /// Numbers of points that were welded to others.
+    welded: Map<[u32; 3], u32>,
 }
 
 impl Welder {
     /// Knows no point yet; `tolerances` are all that will be asked with.
     pub fn new(tolerances: impl Iterator<Item = f32>) -> Self {
-        let mut octaves: Vec<i32> = tolerances.filter(|t| *t > 0.0).map(octave).collect();
-        // Sheets have about as many corners, and middles twice as many, as patches.
-        let num = octaves.len();
-        octaves.sort_unstable();
-        octaves.dedup();
+        let mut octaves: Vec<i32> = Vec::new();
+        for octave in tolerances.filter(|t| *t > 0.0).map(octave) {
+            if let Err(place) = octaves.binary_search(&octave) {
+                octaves.insert(place, octave);
+            }
+        }
         Welder {
-            octaves: octaves.into_iter().map(|o| (o, Cells::with_capacity(num))).collect(),
-            exact: Map::with_capacity_and_hasher(num, Mixing::default()),
+            octaves,
+            chains: Chains::default(),
+            mixing: Mixing::default(),
             points: Vec::new(),
+            welded: Map::default(),
         }
     }
 
     /// The number of `p`: that of the lowest point it welds to, or a new one.
     pub fn weld(&mut self, p: Vec3, tolerance: f32) -> u32 {
         // + 0.0 makes -0 and 0 one.
-        let bits = (p + Vec3::ZERO).to_array().map(f32::to_bits);
-        if let Some(&id) = self.exact.get(&bits) {
+        let p = p + Vec3::ZERO;
+        let bits = p.to_array().map(f32::to_bits);
+        let Welder { octaves, chains, mixing, points, .. } = &*self;
+        let hash = |octave: i32, cell: [i64; 3]| (mixing.hash_one((octave, cell)) >> 32) as u32;
+        let hash_of_bits = (mixing.hash_one(bits) >> 32) as u32;
+        let has_bits = |id: &u32| points[*id as usize].0.to_array().map(f32::to_bits) == bits;
+        if let Some(id) = chains.of(hash_of_bits).find(has_bits) {
+            return id;
+        }
+        if let Some(&id) = self.welded.get(&bits) {
             return id;
         }
         let own = if tolerance > 0.0 { octave(tolerance) } else { i32::MIN };
-        let near = self
-            .octaves
+        let num_octaves = octaves.partition_point(|&o| o <= own);
+        let near = octaves[..num_octaves]
             .iter()
-            .filter(|(o, _)| *o <= own)
-            .flat_map(|(o, cells)| touched_cells(p, *o).flat_map(|cell| cells.of(cell)));
+            .flat_map(|&o| touched_cells(p, o).flat_map(move |cell| chains.of(hash(o, cell))));
         let id = near
             .filter(|&id| {
-                let (q, other) = self.points[id as usize];
+                let (q, other) = points[id as usize];
                 (p - q).abs().max_element() <= tolerance.min(other)
             })
             .min();
-        let id = id.unwrap_or_else(|| {
-            let id = self.points.len() as u32;
-            self.points.push((p, tolerance));
-            for (o, cells) in self.octaves.iter_mut().filter(|(o, _)| *o <= own) {
-                cells.push(cell(p, *o), id);
-            }
-            id
-        });
-        self.exact.insert(bits, id);
+        if let Some(id) = id {
+            self.welded.insert(bits, id);
+            return id;
+        }
+        let id = self.points.len() as u32;
+        self.points.push((p, tolerance));
+        self.chains.push(hash_of_bits, id);
+        for &o in &self.octaves[..num_octaves] {
+            let hash = (self.mixing.hash_one((o, cell(p, o))) >> 32) as u32;
+            self.chains.push(hash, id);
+        }
         id
     }
 }
@@ -166,4 +206,37 @@ fn touched_cells(p: Vec3, octave: i32) -> impl Iterator<Item = [i64; 3]> {
 fn cell(p: Vec3, octave: i32) -> [i64; 3] {
     let side = f64::from_bits(((1023 + (octave + CELL_OCTAVES).clamp(-1000, 1000)) as u64) << 52);
     p.to_array().map(|x| (f64::from(x) / side).floor() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{hash_all, unit};
+
+    /// Points around the corners of a lattice, with tolerances of several octaves; many come again.
+    #[test]
+    fn points_weld_to_the_lowest_that_is_close_enough_for_both() {
+        let asked: Vec<(Vec3, f32)> = (0..3000u32)
+            .map(|ix| {
+                let random = |axis: u32| unit(hash_all([ix / 2, axis]));
+                let place = |axis: u32| (random(axis) * 6.0).floor() + (random(axis + 3) - 0.5) * 0.006;
+                let p = Vec3::new(place(0), place(1), place(2));
+                (p, if ix % 7 == 0 { 0.0 } else { 1e-4 * (random(9) * 7.0).exp2() })
+            })
+            .collect();
+        let mut welder = Welder::new(asked.iter().map(|&(_, tolerance)| tolerance));
+        let (mut points, mut known) = (Vec::<(Vec3, f32)>::new(), Vec::<(Vec3, u32)>::new());
+        for &(p, tolerance) in &asked {
+            let exact = known.iter().find(|(q, _)| *q == p).map(|&(_, id)| id);
+            let close = |(q, other): &(Vec3, f32)| (p - *q).abs().max_element() <= tolerance.min(*other);
+            let near = || points.iter().position(close).map(|id| id as u32);
+            let id = exact.or_else(near).unwrap_or(points.len() as u32);
+            if id as usize == points.len() {
+                points.push((p, tolerance));
+            }
+            known.push((p, id));
+            assert_eq!(welder.weld(p, tolerance), id, "{p} within {tolerance}");
+        }
+        assert!(points.len() > 250 && points.len() < 1400, "{}", points.len());
+    }
 }

@@ -78,8 +78,8 @@ pub enum PatchKind {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct PatchMesh {
-    /// Degree and basis.
-    pub kind: PatchKind,
+    /// Degree and basis, shared by the many patches of a file.
+    pub kind: Arc<PatchKind>,
     /// Control points along u.
     pub nu: usize,
     /// Control points along v.
@@ -112,7 +112,7 @@ impl PatchMesh {
                 }
             }
         };
-        let (bu, bv) = match self.kind {
+        let (bu, bv) = match *self.kind {
             PatchKind::Bilinear => (None, None),
             PatchKind::Bicubic { u, v } => (Some(u), Some(v)),
         };

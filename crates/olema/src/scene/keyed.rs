@@ -65,7 +65,7 @@ impl<T: PartialEq> Keyed<T> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transform {
     /// At least one; of two that follow each other, one moves.
-    factors: Vec<Arc<Keyed<DMat4>>>,
+    factors: Arc<Vec<Arc<Keyed<DMat4>>>>,
 }
 
 impl Default for Transform {
@@ -76,7 +76,7 @@ impl Default for Transform {
 
 impl From<Keyed<DMat4>> for Transform {
     fn from(keyed: Keyed<DMat4>) -> Self {
-        Transform { factors: vec![Arc::new(keyed)] }
+        Transform { factors: Arc::new(vec![Arc::new(keyed)]) }
     }
 }
 
@@ -91,15 +91,21 @@ impl Transform {
         &self.factors
     }
 
+    /// Whether both are one transformation in memory, as that of primitives is between which nothing changed it.
+    pub fn is_shared_with(&self, other: &Transform) -> bool {
+        Arc::ptr_eq(&self.factors, &other.factors)
+    }
+
     /// Puts a factor next to the object: it is applied before all others.
     pub fn concat(&mut self, m: &Keyed<DMat4>) {
         self.concat_shared(Arc::new(m.clone()));
     }
 
     fn concat_shared(&mut self, m: Arc<Keyed<DMat4>>) {
-        match (self.factors.last_mut(), m.values.len()) {
+        let factors = Arc::make_mut(&mut self.factors);
+        match (factors.last_mut(), m.values.len()) {
             (Some(last), 1) if last.values.len() == 1 => Arc::make_mut(last).values[0] *= m.values[0],
-            _ => self.factors.push(m),
+            _ => factors.push(m),
         }
     }
 
@@ -116,7 +122,7 @@ impl Transform {
             times: keyed.times.clone(),
             values: keyed.values.iter().map(DMat4::inverse).collect(),
         };
-        Transform { factors: self.factors.iter().rev().map(invert).map(Arc::new).collect() }
+        Transform { factors: Arc::new(self.factors.iter().rev().map(invert).map(Arc::new).collect()) }
     }
 
     /// The matrix of all factors' first keys.

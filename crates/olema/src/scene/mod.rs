@@ -80,7 +80,7 @@ impl Scene {
             check_transform(&light.to_world, || format!("light {ix}"))?;
         }
         for (ix, primitive) in self.primitives.iter().enumerate() {
-            let name = || primitive.attributes.object_name(ix);
+            let name = || primitive.object_name(ix);
             check_transform(&primitive.to_world, name)?;
             let (times, num_keys) = match &primitive.geometry {
                 Geometry::Patches(mesh) => (&mesh.points.times, mesh.points.values.len()),
@@ -255,8 +255,45 @@ pub struct Primitive {
     pub geometry: Geometry,
     /// Object to world space.
     pub to_world: Transform,
-    /// How it looks.
+    /// How it looks, shared by all that look alike.
     pub attributes: Arc<Attributes>,
+    /// Where it stands in its file.
+    pub origin: Origin,
+}
+
+impl Primitive {
+    /// What messages call it: its name and place, or its index.
+    pub fn object_name(&self, ix: usize) -> String {
+        let (name, origin) = (&self.attributes.name, &self.origin);
+        match (name.is_empty(), origin.is_empty()) {
+            (false, false) => format!("{name} ({origin})"),
+            (false, true) => name.clone(),
+            (true, false) => origin.to_string(),
+            (true, true) => format!("primitive {ix}"),
+        }
+    }
+}
+
+/// A place in a file, for messages ("teapot.rib:12"), or none.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Origin {
+    /// Name of the file; empty for none.
+    pub file: Arc<str>,
+    /// Its line.
+    pub line: u32,
+}
+
+impl Origin {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.file.is_empty()
+    }
+}
+
+impl std::fmt::Display for Origin {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.is_empty() { Ok(()) } else { write!(f, "{}:{}", self.file, self.line) }
+    }
 }
 
 /// Sides that are drawn.
@@ -284,8 +321,6 @@ pub enum ShadingInterpolation {
 pub struct Attributes {
     /// Name for messages (`Attribute "identifier" "name"`), or empty.
     pub name: String,
-    /// Where the primitive stands in its file, for messages ("teapot.rib:12"), or empty.
-    pub origin: String,
     /// Colour, linear.
     pub color: [f32; 3],
     /// Opacity, 0 to 1 a channel.
@@ -321,23 +356,10 @@ pub struct Attributes {
     pub texture_coordinates: [[f32; 2]; 4],
 }
 
-impl Attributes {
-    /// What messages call the primitive: its name and place, or its index.
-    pub fn object_name(&self, ix: usize) -> String {
-        match (self.name.is_empty(), self.origin.is_empty()) {
-            (false, false) => format!("{} ({})", self.name, self.origin),
-            (false, true) => self.name.clone(),
-            (true, false) => self.origin.clone(),
-            (true, true) => format!("primitive {ix}"),
-        }
-    }
-}
-
 impl Default for Attributes {
     fn default() -> Self {
         Attributes {
             name: String::new(),
-            origin: String::new(),
             color: [1.0; 3],
             opacity: [1.0; 3],
             surface: crate::shading::default_surface(),

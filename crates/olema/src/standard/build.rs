@@ -8,7 +8,7 @@ use glam::{DMat4, DVec3};
 
 use crate::sampling::hash::Stream;
 use crate::scene::{
-    Attributes, Camera, Geometry, Keyed, Light, PatchBasis, PatchKind, PatchMesh, Points, Primitive,
+    Attributes, Camera, Geometry, Keyed, Light, Origin, PatchBasis, PatchKind, PatchMesh, Points, Primitive,
     Projection, Scene, Transform, VarType,
 };
 use crate::shading::{self, ParamValue, ShaderParam};
@@ -71,7 +71,7 @@ pub fn bilinear(corners: [[f32; 3]; 4]) -> Geometry {
 /// A sheet that is not wrapped.
 pub fn sheet(kind: PatchKind, nu: usize, nv: usize, points: Vec<[f32; 3]>) -> Geometry {
     Geometry::Patches(Arc::new(PatchMesh {
-        kind,
+        kind: Arc::new(kind),
         nu,
         nv,
         wrap_u: false,
@@ -87,6 +87,7 @@ pub fn add(scene: &mut Scene, geometry: Geometry, to_world: DMat4, attributes: &
         geometry,
         to_world: Transform::still(to_world),
         attributes: Arc::clone(attributes),
+        origin: Origin::default(),
     });
 }
 

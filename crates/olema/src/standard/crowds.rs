@@ -14,7 +14,9 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3};
 
 use super::build::{Random, add_lights, bilinear, camera, surface};
-use crate::scene::{Attributes, Geometry, Keyed, PatchBasis, PatchKind, PatchMesh, Points, Primitive, Scene};
+use crate::scene::{
+    Attributes, Geometry, Keyed, Origin, PatchBasis, PatchKind, PatchMesh, Points, Primitive, Scene,
+};
 use crate::settings::Settings;
 
 /// Width and height that motion is stated for.
@@ -205,7 +207,7 @@ fn tube([x, y]: [f64; 2], profile: [[f64; 2]; 4], flat: f64) -> Geometry {
         }
     }
     Geometry::Patches(Arc::new(PatchMesh {
-        kind: PatchKind::Bicubic { u: PatchBasis::BEZIER, v: PatchBasis::BEZIER },
+        kind: Arc::new(PatchKind::Bicubic { u: PatchBasis::BEZIER, v: PatchBasis::BEZIER }),
         nu: 12,
         nv: 4,
         wrap_u: true,
@@ -233,6 +235,7 @@ fn add_moving(scene: &mut Scene, geometry: Geometry, at: impl Fn(f64) -> DMat4, 
         geometry,
         to_world: Keyed { times: vec![0.0, 1.0], values: vec![at(0.0), at(1.0)] }.into(),
         attributes: Arc::clone(look),
+        origin: Origin::default(),
     });
 }
 

@@ -21,10 +21,10 @@ mod transforms;
 mod undrawn;
 
 use std::collections::{BTreeMap, HashMap};
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use olema::Scene;
-use olema::scene::Transform;
+use olema::scene::{Attributes, PatchKind, Transform};
 use olema::shading::TextureImage;
 
 use super::RibFrame;
@@ -103,6 +103,10 @@ pub(super) struct World {
 pub struct Interp {
     pub(super) options: Arc<OptionState>,
     pub(super) attrs: Arc<AttrState>,
+    /// What the last primitive carries, and the state that it was made from.
+    pub(super) last_look: Option<(Weak<AttrState>, Arc<Attributes>)>,
+    /// What the last sheet was.
+    pub(super) last_kind: Option<Arc<PatchKind>>,
     pub(super) ctm: Transform,
     pub(super) blocks: Vec<Block>,
     /// Blocks below this one are not the current object's to close.
@@ -133,6 +137,8 @@ impl Interp {
         Interp {
             options: Arc::default(),
             attrs: Arc::new(AttrState::new(library.default_surface())),
+            last_look: None,
+            last_kind: None,
             ctm: Transform::default(),
             blocks: Vec::new(),
             floor: 0,

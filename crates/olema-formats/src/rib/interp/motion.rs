@@ -185,7 +185,9 @@ impl Interp {
         };
         let only_points_differ = match (first, geometry) {
             (Geometry::Patches(first), Geometry::Patches(next)) if is_same_sheet(first, &next) => {
-                Arc::make_mut(first).points.values.push(next.points.first().clone());
+                let points = &mut Arc::make_mut(first).points.values;
+                points.reserve_exact(motion.times.len().saturating_sub(points.len()));
+                points.push(next.points.first().clone());
                 first.vars == next.vars
             }
             (Geometry::Subdivision(first), Geometry::Subdivision(next)) if is_same_mesh(first, &next) => {

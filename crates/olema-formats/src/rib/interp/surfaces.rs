@@ -1,12 +1,14 @@
 //! Surfaces, and Patch and PatchMesh among them: control points and variables to geometry.
 
-use std::fmt::Write;
 use std::sync::Arc;
 
 use glam::DMat4;
 use olema::scene::{
-    Attributes, Class, Geometry, Keyed, PatchKind, PatchMesh, Points, PrimVar, Primitive, VarType, VarValues,
+    Attributes, Class, Geometry, Keyed, Origin, PatchKind, PatchMesh, Points, PrimVar, Primitive, VarType,
+    VarValues,
 };
+
+use olema::shading::DisplacementShader;
 
 use super::super::args::{Args, ParamItem};
 use super::super::basis::linear_values;
@@ -45,27 +47,35 @@ impl Interp {
             attrs.look.lights = Arc::from(attrs.lights.as_slice());
             attrs.lights_changed = false;
         }
-        // One allocation, for this is done for every primitive.
-        let mut origin = String::with_capacity(site.file.len() + 11);
-        let _ = write!(origin, "{}:{}", site.file, site.pos.line);
-        let (displacement, displacement_bound) = self.displaced();
-        let reverse_orientation = self.attrs.inside;
-        let look = Attributes {
-            origin,
-            reverse_orientation,
-            displacement,
-            displacement_bound,
-            ..self.attrs.look.clone()
-        };
+        let attributes = self.look(site)?;
         // Factors that move are shared, and were charged where they were made.
         let factors = size_of_val(self.ctm.factors()) + size_of::<Keyed<DMat4>>() + size_of::<DMat4>();
-        let sizes = size_of::<Primitive>() + size_of::<Attributes>() + factors;
-        self.hold(site.pos, (sizes + look.origin.len() + look.name.len()) as u64)?;
+        self.hold(site.pos, (size_of::<Primitive>() + factors) as u64)?;
         if let Some(world) = &mut self.world {
-            let (to_world, attributes) = (self.ctm.clone(), Arc::new(look));
-            world.scene.primitives.push(Primitive { geometry, to_world, attributes });
+            let origin = Origin { file: Arc::clone(&site.file), line: site.pos.line };
+            let to_world = self.ctm.clone();
+            world.scene.primitives.push(Primitive { geometry, to_world, attributes, origin });
         }
         Ok(())
+    }
+
+    /// What a primitive that stands here carries: the same as the last one, where nothing was set since then.
+    fn look(&mut self, site: &Site) -> Result<Arc<Attributes>, Fault> {
+        let (displacement, displacement_bound) = self.displaced();
+        if let Some((state, look)) = &self.last_look
+            && std::ptr::eq(state.as_ptr(), Arc::as_ptr(&self.attrs))
+            && look.displacement_bound == displacement_bound
+            && is_same_shader(look.displacement.as_ref(), displacement.as_ref())
+        {
+            return Ok(Arc::clone(look));
+        }
+        let reverse_orientation = self.attrs.inside;
+        let look =
+            Attributes { reverse_orientation, displacement, displacement_bound, ..self.attrs.look.clone() };
+        self.hold(site.pos, (size_of::<Attributes>() + look.name.len()) as u64)?;
+        let look = Arc::new(look);
+        self.last_look = Some((Arc::downgrade(&self.attrs), Arc::clone(&look)));
+        Ok(look)
     }
 
     /// The geometry of a surface.
@@ -94,7 +104,7 @@ impl Interp {
     }
 
     /// A sheet of the right shape, still without points.
-    fn sheet(&self, call: &Call<'_>) -> Result<PatchMesh, Fault> {
+    fn sheet(&mut self, call: &Call<'_>) -> Result<PatchMesh, Fault> {
         let args = call.args;
         let [u, v] = self.attrs.basis;
         let (kind, side) = match args.text(0).unwrap_or_default() {
@@ -105,6 +115,11 @@ impl Interp {
                 return Err(Fault::error(args.pos(0), message));
             }
         };
+        let kind = match &self.last_kind {
+            Some(last) if **last == kind => Arc::clone(last),
+            _ => Arc::new(kind),
+        };
+        self.last_kind = Some(Arc::clone(&kind));
         let (points, vars) = (Keyed::still(Points::P(Vec::new())), Vec::new());
         let mut mesh = PatchMesh { kind, nu: side, nv: side, wrap_u: false, wrap_v: false, points, vars };
         if call.statement.id == Id::PatchMesh {
@@ -112,6 +127,16 @@ impl Interp {
             (mesh.nv, mesh.wrap_v) = (count(args, 3)?, wraps(args, 4)?);
         }
         Ok(mesh)
+    }
+}
+
+fn is_same_shader(
+    one: Option<&Arc<dyn DisplacementShader>>,
+    other: Option<&Arc<dyn DisplacementShader>>,
+) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        (one, other) => one.is_none() && other.is_none(),
     }
 }
 
@@ -133,7 +158,7 @@ fn wraps(args: &Args, ix: usize) -> Result<bool, Fault> {
 
 fn wrong_counts(mesh: &PatchMesh) -> String {
     let (nu, nv) = (mesh.nu, mesh.nv);
-    match mesh.kind {
+    match *mesh.kind {
         PatchKind::Bilinear => format!("{nu} x {nv} control points: expected at least 2 each way"),
         PatchKind::Bicubic { u, v } => {
             let along = |step: u32, wrap: bool| match wrap {
@@ -194,7 +219,7 @@ fn height_field(
     mesh: &PatchMesh,
     [pu, pv]: [usize; 2],
 ) -> Result<Points, Fault> {
-    let (basis_u, basis_v) = match &mesh.kind {
+    let (basis_u, basis_v) = match &*mesh.kind {
         PatchKind::Bilinear => (None, None),
         PatchKind::Bicubic { u, v } => (Some(u), Some(v)),
     };

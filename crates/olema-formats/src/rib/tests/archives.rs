@@ -57,7 +57,7 @@ fn a_bicubic_instance_follows_its_basis() {
         "ObjectBegin 1 {patch} ObjectEnd ObjectInstance 1 Basis \"b-spline\" 1 \"b-spline\" 1 ObjectInstance 1"
     ));
     let kind = |ix: usize| match &frame.scene.primitives[ix].geometry {
-        Geometry::Patches(mesh) => mesh.kind,
+        Geometry::Patches(mesh) => *mesh.kind,
         _ => panic!("a patch"),
     };
     assert_ne!(kind(0), kind(1));
@@ -106,7 +106,7 @@ fn archives_are_found_beside_the_file_and_along_the_search_path() {
         .scene
         .primitives
         .iter()
-        .map(|p| p.attributes.origin.rsplit('/').next().unwrap_or_default().to_owned())
+        .map(|p| p.origin.to_string().rsplit('/').next().unwrap_or_default().to_owned())
         .collect();
     assert_eq!(origins, ["found.rib.gz:1", "main.rib:2", "found.rib.gz:1"]);
 }

@@ -157,7 +157,7 @@ fn a_slow_stream_reads_like_a_fast_one() {
     let (slow, fast) = (read_all(&mut reader), read(&text));
     assert_eq!(slow.frames[0].scene.primitives.len(), 2000);
     assert_eq!(slow.diagnostics, fast.diagnostics);
-    let last = |r: &Read| r.frames[0].scene.primitives[1999].attributes.origin.clone();
+    let last = |r: &Read| r.frames[0].scene.primitives[1999].origin.to_string();
     assert_eq!((last(&slow), last(&fast)), ("test.rib:2001".to_owned(), "test.rib:2001".to_owned()));
 }
 

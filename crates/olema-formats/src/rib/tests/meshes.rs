@@ -52,7 +52,7 @@ fn a_mesh_has_its_faces_points_and_variables() {
         ("st", Class::FaceVarying),
     ];
     assert_eq!(classes, expected);
-    assert_eq!(frame.scene.primitives[0].attributes.origin, "test.rib:2");
+    assert_eq!(frame.scene.primitives[0].origin.to_string(), "test.rib:2");
 }
 
 #[test]

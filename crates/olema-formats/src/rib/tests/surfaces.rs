@@ -1,5 +1,7 @@
 //! Patches, their parameters, attributes, orientation, lights.
 
+use std::sync::Arc;
+
 use olema::scene::{
     Class, Geometry, PatchBasis, PatchKind, PatchMesh, Points, ShadingInterpolation, Sides, VarType,
     VarValues,
@@ -20,7 +22,7 @@ fn a_patch_has_its_points_and_variables() {
             "heat" [3 4] "varying color tint" [1 0 0 0 1 0 0 0 1 1 1 1] "uniform string tag" "x""#,
     );
     let mesh = mesh(&frame, 0);
-    assert_eq!((mesh.kind, mesh.nu, mesh.nv), (PatchKind::Bilinear, 2, 2));
+    assert_eq!((*mesh.kind, mesh.nu, mesh.nv), (PatchKind::Bilinear, 2, 2));
     let p = Points::P(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.]]);
     assert_eq!(mesh.points.first(), &p);
     let vars: Vec<_> = mesh.vars.iter().map(|v| (v.name.as_str(), v.class, v.ty, v.array_len)).collect();
@@ -47,7 +49,7 @@ fn meshes_wrap_and_have_a_basis_in_each_direction() {
     ));
     let mesh = mesh(&frame, 0);
     assert_eq!(mesh.num_patches(), Some([6, 1]));
-    let PatchKind::Bicubic { u, v } = mesh.kind else { panic!("bicubic") };
+    let PatchKind::Bicubic { u, v } = *mesh.kind else { panic!("bicubic") };
     assert_eq!((u.step, v), (1, PatchBasis::BEZIER));
     assert_eq!(u.matrix[3], [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0, 0.0]);
 }
@@ -100,11 +102,30 @@ fn attributes_go_with_the_primitives_that_follow() {
         {PATCH}"#
     ));
     let a = &frame.scene.primitives[0].attributes;
-    assert_eq!((a.name.as_str(), a.origin.as_str()), ("lid", "test.rib:5"));
+    assert_eq!(
+        (a.name.as_str(), frame.scene.primitives[0].origin.to_string().as_str()),
+        ("lid", "test.rib:5")
+    );
     assert_eq!((a.color, a.opacity, a.sides, a.matte), ([0.1, 0.2, 0.3], [0.5; 3], Sides::One, true));
     assert_eq!((a.shading_rate, a.shading_interpolation), (4.0, ShadingInterpolation::Smooth));
     assert_eq!(a.texture_coordinates[3], [2.0, 2.0]);
     assert_eq!(a.surface.name(), "plastic");
+}
+
+#[test]
+fn primitives_share_what_nothing_changed_between_them() {
+    let frame = world(&format!(
+        r#"{PATCH} {PATCH} Color [1 0 0] {PATCH} AttributeBegin {PATCH} Color [0 1 0] {PATCH} AttributeEnd {PATCH}
+        Translate 1 0 0 {PATCH}"#
+    ));
+    let all = &frame.scene.primitives;
+    let is_shared: Vec<bool> =
+        all.windows(2).map(|two| Arc::ptr_eq(&two[0].attributes, &two[1].attributes)).collect();
+    assert_eq!(is_shared, [true, false, true, false, false, true]);
+    let colors: Vec<[f32; 3]> = all[2..6].iter().map(|primitive| primitive.attributes.color).collect();
+    assert_eq!(colors, [[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+    assert!(all[4].to_world.is_shared_with(&all[5].to_world) && all[6].to_world != all[5].to_world);
+    assert!((1..all.len()).all(|ix| Arc::ptr_eq(&mesh(&frame, 0).kind, &mesh(&frame, ix).kind)));
 }
 
 #[test]

@@ -40,8 +40,7 @@ use tuple::{OfTuple, Scratch};
 
 /// Whether the kernel can draw with this pattern and region.
 pub(super) fn takes(draw: &MovingDraw) -> bool {
-    // Counting takes K to be a power of two.
-    matches!(draw.pattern.tile(), 1 | 2 | 4 | 8)
+    draw.pattern.tile() <= interleave::MAX_TILE
         && draw.samples.region.width() < 1 << 15
         && draw.samples.rows(draw.pattern).is_some()
 }

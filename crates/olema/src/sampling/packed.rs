@@ -19,9 +19,6 @@ use crate::math::simd::LANES;
 /// Greatest distance in 1/256 px: 125 px.
 pub(super) const MOST: i32 = 32_000;
 
-/// Origins are multiples of so many pixels: of every K that kernels take.
-const ALIGN: i32 = 8;
-
 /// A vertex over a motion segment, each x and y.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct PackedVertex {
@@ -186,7 +183,7 @@ impl PackedSegment {
 
 /// The pixel around which positions are packed.
 pub(super) fn middle(extent: &Extent) -> [i32; 2] {
-    [0, 1].map(|axis| ((extent.least[axis] + extent.most[axis]) >> 9) & -ALIGN)
+    [0, 1].map(|axis| (extent.least[axis] + extent.most[axis]) >> 9)
 }
 
 /// How far vertices are from each other, and how far they move.
@@ -238,11 +235,11 @@ impl Spread {
     fn origin(&self) -> Option<[i32; 2]> {
         let mut all = self.boxes[0];
         all.add(self.boxes[1]);
-        // The middle is rounded down by less than 8 pixels.
+        // The middle is rounded down by less than a pixel.
         let fits = self.most_coc <= MOST / 4
             && self.most_motion <= MOST
             && self.boxes.iter().all(|extent| self.is_small(extent, MOST))
-            && self.is_small(&all, 2 * (MOST - 256 * ALIGN));
+            && self.is_small(&all, 2 * (MOST - 256));
         fits.then(|| middle(&all))
     }
 

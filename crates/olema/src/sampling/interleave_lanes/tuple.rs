@@ -1,4 +1,4 @@
-//! A part of a grid for one tuple: places, boxes, and the pixels to test.
+//! A part of a grid for one tuple: which pixels it can overlap, and where its vertices are.
 
 use super::listed::Listed;
 use super::part::{OfShape, Part};
@@ -66,6 +66,7 @@ impl<'a> OfTuple<'a> {
         }
     }
 
+    /// Tests the samples that hold the tuple.
     #[inline(always)]
     pub(super) fn draw<L: Lanes, S: HitSink>(
         &mut self,

@@ -133,12 +133,12 @@ impl Group {
 
 /// `values[first..first + N]`; zeros beyond the end.
 #[inline(always)]
-pub fn load<const N: usize>(values: &[f32], first: usize) -> [f32; N] {
+pub fn load<T: Copy + Default, const N: usize>(values: &[T], first: usize) -> [T; N] {
     let values = &values[first..];
     match values.first_chunk() {
         Some(all) => *all,
         None => {
-            let mut padded = [0.0; N];
+            let mut padded = [T::default(); N];
             padded[..values.len()].copy_from_slice(values);
             padded
         }

@@ -7,7 +7,7 @@ use super::nomotion::{Facing, GridView, SampleCounts};
 use super::nomotion_lanes::MOST;
 use super::region::RegionSamples;
 use crate::math::lanes::Lanes;
-use crate::math::simd::LANES;
+use crate::math::simd::{LANES, load};
 
 /// The corners of 16 quads, whose first vertices are side by side.
 pub(super) struct Quads<L: Lanes> {
@@ -23,25 +23,11 @@ impl<L: Lanes> Quads<L> {
         let corners = [first, first + 1, first + grid.m + 2, first + grid.m + 1];
         let (mut x, mut y, mut z) = ([lanes.splat(0); 4], [lanes.splat(0); 4], [lanes.splat_f(0.0); 4]);
         for (corner, &at) in corners.iter().enumerate() {
-            x[corner] = lanes.load(&some_of(grid.x, at), 0);
-            y[corner] = lanes.load(&some_of(grid.y, at), 0);
-            z[corner] = lanes.load_f(&some_of(grid.depth, at), 0);
+            x[corner] = lanes.load(&load::<_, LANES>(grid.x, at), 0);
+            y[corner] = lanes.load(&load::<_, LANES>(grid.y, at), 0);
+            z[corner] = lanes.load_f(&load::<_, LANES>(grid.depth, at), 0);
         }
         Quads { x, y, z }
-    }
-}
-
-/// `values[at..at + 16]`, as far as there are that many.
-#[inline(always)]
-fn some_of<T: Copy + Default>(values: &[T], at: usize) -> [T; LANES] {
-    let values = &values[at.min(values.len())..];
-    match values.first_chunk() {
-        Some(all) => *all,
-        None => {
-            let mut padded = [T::default(); LANES];
-            padded[..values.len()].copy_from_slice(values);
-            padded
-        }
     }
 }
 

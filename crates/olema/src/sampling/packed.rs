@@ -133,9 +133,8 @@ impl PackedSegment {
         true
     }
 
-    /// Packs a range of vertices that move too far for [`Self::pack`]; whether those of each key fit around an origin.
+    /// Packs ranges of vertices that move too far for [`Self::pack`], which has measured how far they spread; whether those of each key fit around an origin.
     fn pack_wide(&mut self, grid: &MovingGrid, segment: usize, vertices: &[Range<usize>]) -> bool {
-        self.spread = Spread::of(grid, segment, vertices.iter().cloned());
         let spread = &self.spread;
         if spread.most_coc > MOST / 4
             || spread.most_motion >= MOST_WIDE

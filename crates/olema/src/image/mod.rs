@@ -6,7 +6,7 @@ mod finish;
 mod picture;
 
 pub use filter::{Filter, FilterKind};
-pub use finish::{dither_noise, finish_pixel, quantize, srgb_decode, srgb_encode};
+pub use finish::{RowQuantize, dither_noise, finish_pixel, quantize, srgb_decode, srgb_encode};
 pub use picture::Picture8;
 
 /// A picture: planar channels over a window of the full frame.

@@ -88,6 +88,8 @@ pub trait Lanes: Copy {
     fn mask(self, bits: u32) -> Self::M;
     /// The lanes where `m`, side by side; zeros after them.
     fn compress(self, a: Self::I, m: Self::M) -> Self::I;
+    /// The lanes of `a`, then of `b`, that have even numbers; and those that have odd ones.
+    fn deinterleave(self, a: Self::I, b: Self::I) -> (Self::I, Self::I);
 
     /// a + b of pairs.
     fn add2(self, a: Self::I, b: Self::I) -> Self::I;
@@ -122,6 +124,8 @@ pub trait Lanes: Copy {
     fn to_f(self, a: Self::I) -> Self::F;
     /// The bits of floats.
     fn bits_of(self, a: Self::F) -> Self::I;
+    /// Floats of these bits.
+    fn of_bits(self, a: Self::I) -> Self::F;
     /// Towards 0; of any value where the result is outside of -2^31..2^31.
     fn truncated(self, a: Self::F) -> Self::I;
     /// a + b.
@@ -286,6 +290,10 @@ impl<S: Simd> Lanes for S {
     fn compress(self, a: Self::I, m: Self::M) -> Self::I {
         a.compress(m)
     }
+    #[inline(always)]
+    fn deinterleave(self, a: Self::I, b: Self::I) -> (Self::I, Self::I) {
+        self.deinterleave_i32x16(a, b)
+    }
 
     #[inline(always)]
     fn add2(self, a: Self::I, b: Self::I) -> Self::I {
@@ -338,6 +346,10 @@ impl<S: Simd> Lanes for S {
     }
     #[inline(always)]
     fn bits_of(self, a: Self::F) -> Self::I {
+        a.bitcast()
+    }
+    #[inline(always)]
+    fn of_bits(self, a: Self::I) -> Self::F {
         a.bitcast()
     }
     #[inline(always)]
@@ -417,12 +429,12 @@ mod tests {
     struct Pairs<'a>(&'a [i32; LANES], &'a [i32; LANES]);
 
     impl LanesKernel for Pairs<'_> {
-        type Output = [[i32; LANES]; 5];
+        type Output = [[i32; LANES]; 7];
 
         #[inline(always)]
         fn run<L: Lanes>(self, lanes: L) -> Self::Output {
             let (a, b) = (lanes.load(self.0, 0), lanes.load(self.1, 0));
-            let mut out = [[0; LANES]; 5];
+            let mut out = [[0; LANES]; 7];
             lanes.store(lanes.scale2(a, b), &mut out[0], 0);
             lanes.store(lanes.dot2(a, b), &mut out[1], 0);
             lanes.store(lanes.compress(a, lanes.gt(b, lanes.splat(0))), &mut out[2], 0);
@@ -430,6 +442,9 @@ mod tests {
             let by = lanes.and(b, lanes.splat(31));
             let shifted = lanes.xor(lanes.shl_each(a, by), lanes.shr_each(a, by));
             lanes.store(shifted, &mut out[4], 0);
+            let (even, odd) = lanes.deinterleave(a, b);
+            lanes.store(even, &mut out[5], 0);
+            lanes.store(odd, &mut out[6], 0);
             out
         }
     }
@@ -448,11 +463,13 @@ mod tests {
             let mut kept: Vec<i32> = (0..LANES).filter(|&i| b[i] > 0).map(|i| a[i]).collect();
             kept.resize(LANES, 0);
             for level in SimdLevel::all() {
-                let [scaled_too, dots_too, kept_too, found, shifted] = level.run_lanes(Pairs(&a, &b));
+                let [scaled_too, dots_too, kept_too, found, shifted, even, odd] = level.run_lanes(Pairs(&a, &b));
                 prop_assert_eq!(scaled_too, scaled, "{:?}", level);
                 prop_assert_eq!(dots_too, dots, "{:?}", level);
                 prop_assert_eq!(&kept_too[..], &kept[..], "{:?}", level);
+                let both: Vec<i32> = a.iter().chain(&b).copied().collect();
                 for i in 0..LANES {
+                    prop_assert_eq!([even[i], odd[i]], [both[2 * i], both[2 * i + 1]], "{:?}", level);
                     prop_assert_eq!(found[i], a[(b[i] & 15) as usize], "{:?}", level);
                     prop_assert_eq!(shifted[i], a[i] << (b[i] & 31) ^ a[i] >> (b[i] & 31), "{:?}", level);
                 }

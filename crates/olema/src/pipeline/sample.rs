@@ -316,9 +316,6 @@ impl HitSink for Sink<'_> {
             return each_hit_apart(self, hits);
         }
         let slots = self.slots;
-        for (micropolygon, sample_ix, point, triangle, _) in hits.iter() {
-            let hit = Record::new(point, Payload::new(self.slot, micropolygon, triangle));
-            self.kept |= self.nearest.offer(sample_ix, hit, &|a, b| slots.order(a, b));
-        }
+        self.kept |= self.nearest.offer_apart(hits, self.slot, &|a, b| slots.order(a, b));
     }
 }

@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 use std::ops::Range;
 
 use super::inside::{HitPoint, Weights};
-use super::nomotion::HitPoints;
+use super::nomotion::{HitPoints, HitsApart};
 use super::region::Region;
 use crate::math::lanes::Lanes;
 use crate::math::simd::LANES;
@@ -238,6 +238,41 @@ impl SampleBuffer {
         nearer
     }
 
+    /// [`Self::offer`] for hits of micropolygons of the grid in `slot`. Whether any of them was kept.
+    #[inline(always)]
+    pub fn offer_apart(
+        &mut self,
+        hits: &HitsApart,
+        slot: u32,
+        order: &impl Fn(Payload, Payload) -> Ordering,
+    ) -> bool {
+        let mut kept = false;
+        let of_slot = Payload::new(slot, 0, 0).0 as i32;
+        // All of the same length, so that a sample is checked once.
+        let len = self.len;
+        let SampleBuffer { depths, payloads, weights: all_weights, written, .. } = self;
+        let (depths, payloads, all_weights) =
+            (&mut depths[..len], &mut payloads[..len], &mut all_weights[..len]);
+        let points = hits.depth_bits.iter().zip(hits.weights);
+        for ((&sample, &code), (&bits, &weights)) in hits.samples.iter().zip(hits.codes).zip(points) {
+            let sample = sample as usize;
+            let (depth, payload) = (f32::from_bits(bits as u32), of_slot | (code >> 1));
+            let old = depths[sample];
+            let nearer = depth < old || {
+                let there = record(old, payloads[sample], all_weights[sample]);
+                depth == old && is_before(&there, depth, Payload(payload as u32), order)
+            };
+            if nearer {
+                depths[sample] = depth;
+                payloads[sample] = payload;
+                all_weights[sample] = weights;
+                written[sample / Self::BLOCK] = true;
+                kept = true;
+            }
+        }
+        kept
+    }
+
     /// [`Self::offer`] for samples `first + i`, lane i of `points`: with `payloads[0]` where bit i of `hit0` is set, with
     /// `payloads[1]` where bit i of `hit1` is; not both. Whether any of them was kept.
     #[allow(clippy::too_many_arguments)]
@@ -284,6 +319,18 @@ impl SampleBuffer {
         }
         kept
     }
+}
+
+/// [`Record::is_behind`] where depths are alike, which is rare.
+#[cold]
+#[inline(never)]
+fn is_before(
+    there: &Record,
+    depth: f32,
+    payload: Payload,
+    order: &impl Fn(Payload, Payload) -> Ordering,
+) -> bool {
+    there.is_behind(depth, payload, order)
 }
 
 #[inline(always)]
@@ -334,6 +381,34 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn hits_offered_as_lists_leave_what_single_ones_leave(
+            hits in prop::collection::vec((0i32..6, 0u8..4, 0i32..4096, 0i32..4), 0..60),
+        ) {
+            let region = Region::new(0, 3, 0, 1);
+            let (mut lists, mut single) = (SampleBuffer::new(region, 2), SampleBuffer::new(region, 2));
+            for slot in [7, 3] {
+                let samples: Vec<i32> = hits.iter().map(|hit| hit.0).collect();
+                let codes: Vec<i32> = hits.iter().map(|hit| hit.2 << 2 | hit.3).collect();
+                let depth_bits: Vec<i32> = hits.iter().map(|hit| f32::from(hit.1).to_bits() as i32).collect();
+                let kept = lists.offer_apart(
+                    &HitsApart { samples: &samples, codes: &codes, depth_bits: &depth_bits, weights: &codes },
+                    slot,
+                    &order,
+                );
+                let mut any = false;
+                for &(sample, depth, micropolygon, code) in &hits {
+                    let payload = Payload::new(slot, micropolygon as u32, (code >> 1) as u8);
+                    let weights = Weights((micropolygon << 2 | code) as u32);
+                    let hit = Record { depth: f32::from(depth), payload, weights };
+                    any |= single.offer(sample as usize, hit, &order);
+                }
+                prop_assert_eq!(kept, any);
+            }
+            prop_assert!(lists.records().eq(single.records()));
+            prop_assert_eq!(lists.written(), single.written());
+        }
+
         #[test]
         fn any_order_of_arrival_leaves_the_same_records(
             hits in prop::collection::vec((0usize..6, 0u8..4, 0u32..50), 0..60),

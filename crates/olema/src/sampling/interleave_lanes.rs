@@ -8,7 +8,9 @@
 //!     place    a lane per vertex: where it is
 //!     find     a lane per quad: the pixels whose place for the tuple is in its box, and of these the ones that hold the
 //!              tuple (`super::rows`); what it takes to test them is listed
-//!     test     a lane per entry of the list (`super::test_lanes`); hits go to the sink
+//!     gather   what it takes to test each of the list
+//! now and then
+//!     test     a lane per entry of all lists (`super::test_lanes`); hits go to the sink
 //! ```
 //!
 //! A tuple is at one place in a tile, but which of its K^2 pixels is up to the tile's permutation. Its place within the
@@ -24,6 +26,7 @@
 mod boxes;
 mod listed;
 mod part;
+mod pending;
 mod tuple;
 mod wide;
 
@@ -102,6 +105,7 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
                         tuple.draw(lanes, scratch, counts, sink);
                     }
                 }
+                scratch.pending.test(lanes, part, of_shape, counts, sink);
             }
         }
         MEMORY.set(memory);

@@ -53,39 +53,30 @@ pub fn each_hit_apart(sink: &mut (impl HitSink + ?Sized), hits: &HitsApart) {
     }
 }
 
-/// Hits of samples and micropolygons that lie apart, up to one a lane.
+/// Hits of samples and micropolygons that lie apart; lists of the same length.
 pub struct HitsApart<'a> {
-    /// Lanes in which triangle 0 or triangle 1 is hit; not both.
-    pub hits: [u32; 2],
-    /// Lanes seen from side -1.
-    pub negative: u32,
     /// Samples of the region.
-    pub samples: &'a [i32; LANES],
-    /// Micropolygons of the grid.
-    pub micropolygons: &'a [i32; LANES],
-    /// Depths.
-    pub depth: &'a [f32; LANES],
+    pub samples: &'a [i32],
+    /// Micropolygon of the grid, triangle (a bit), and whether it is seen from side -1 (the lowest bit).
+    pub codes: &'a [i32],
+    /// The bits of depths.
+    pub depth_bits: &'a [i32],
     /// The bits of [`Weights`].
-    pub weights: &'a [i32; LANES],
+    pub weights: &'a [i32],
 }
 
 impl HitsApart<'_> {
     /// Micropolygon, sample, point, triangle and sign of each.
     #[inline(always)]
     pub fn iter(&self) -> impl Iterator<Item = (u32, usize, HitPoint, u8, i8)> + '_ {
-        let mut left = (self.hits[0] | self.hits[1]) & 0xffff;
-        std::iter::from_fn(
+        let points = self.depth_bits.iter().zip(self.weights);
+        self.samples.iter().zip(self.codes).zip(points).map(
             #[inline(always)]
-            move || {
-                if left == 0 {
-                    return None;
-                }
-                let lane = left.trailing_zeros() as usize & (LANES - 1);
-                left &= left - 1;
-                let point = HitPoint { depth: self.depth[lane], weights: Weights(self.weights[lane] as u32) };
-                let triangle = (self.hits[1] >> lane & 1) as u8;
-                let sign = if self.negative >> lane & 1 == 1 { -1 } else { 1 };
-                Some((self.micropolygons[lane] as u32, self.samples[lane] as usize, point, triangle, sign))
+            |((&sample, &code), (&depth, &weights))| {
+                let point =
+                    HitPoint { depth: f32::from_bits(depth as u32), weights: Weights(weights as u32) };
+                let sign = if code & 1 == 1 { -1 } else { 1 };
+                (code as u32 >> 2, sample as usize, point, (code >> 1 & 1) as u8, sign)
             },
         )
     }

@@ -30,11 +30,43 @@ struct Pixels<L: Lanes> {
     some: u32,
 }
 
-/// The bits of 16 rows of 32 pixels from `corner` on, a pair.
+/// The bits of up to 32 rows of 48 pixels from `corner` on, a pair: 16 rows of 32 pixels a vector.
 #[derive(Clone, Copy)]
 struct Held<L: Lanes> {
-    words: L::I,
+    /// From the corner on, and from [`WORD_STEP_PX`] pixels right of it.
+    columns: [[L::I; 2]; 2],
     corner: i32,
+    /// Whether there are pixels that the first column does not hold.
+    is_wide: bool,
+    /// Whether there are rows that the first vectors do not hold.
+    is_tall: bool,
+}
+
+impl<L: Lanes> Held<L> {
+    /// The bits of the pixels `x` to `x + 16` from the corner, in rows `y` and in the rows below.
+    #[inline(always)]
+    fn bits(&self, lanes: L, x: L::I, y: L::I) -> [L::I; 2] {
+        let below = lanes.add(y, lanes.splat(1));
+        let [mut here, mut there] = [self.row(lanes, 0, y), self.row(lanes, 0, below)];
+        let mut x = x;
+        if self.is_wide {
+            let is_right = lanes.gt(x, lanes.splat(WORD_STEP_PX - 1));
+            here = lanes.select(is_right, self.row(lanes, 1, y), here);
+            there = lanes.select(is_right, self.row(lanes, 1, below), there);
+            x = lanes.select(is_right, lanes.sub(x, lanes.splat(WORD_STEP_PX)), x);
+        }
+        [lanes.shr_each(here, x), lanes.shr_each(there, x)]
+    }
+
+    #[inline(always)]
+    fn row(&self, lanes: L, column: usize, y: L::I) -> L::I {
+        let [upper, lower] = self.columns[column];
+        let row = lanes.lookup(upper, y);
+        if !self.is_tall {
+            return row;
+        }
+        lanes.select(lanes.gt(y, lanes.splat(LANES as i32 - 1)), lanes.lookup(lower, y), row)
+    }
 }
 
 impl<L: Lanes> Pixels<L> {
@@ -73,17 +105,25 @@ impl OfTuple<'_> {
         }
     }
 
-    /// The rows of pixels `[x0, x1, y0, y1]` of the region, both ends inclusive; nothing where they are too many for a
-    /// vector.
+    /// The rows of pixels `[x0, x1, y0, y1]` of the region, both ends inclusive; nothing where they are too many.
     #[inline(always)]
     fn held<L: Lanes>(&self, lanes: L, [x0, x1, y0, y1]: [i32; 4]) -> Option<Held<L>> {
         let [ox, oy] = self.frame.offset;
         let corner_x = x0 & -WORD_STEP_PX;
-        if x1 - corner_x >= WORD_PX || y1 - y0 >= LANES as i32 {
+        let (is_wide, is_tall) = (x1 - corner_x >= WORD_PX, y1 - y0 >= LANES as i32);
+        if x1 - corner_x >= WORD_PX + WORD_STEP_PX || y1 - y0 >= 2 * LANES as i32 {
             return None;
         }
-        let words = self.rows.column(self.place_in_time, (corner_x / WORD_STEP_PX) as usize);
-        Some(Held { words: lanes.load(words, y0 as usize), corner: pair(corner_x - ox, y0 - oy) })
+        let mut columns = [[lanes.splat(0); 2]; 2];
+        let first = (corner_x / WORD_STEP_PX) as usize;
+        for (ix, column) in columns.iter_mut().enumerate().take(1 + usize::from(is_wide)) {
+            let words = self.rows.column(self.place_in_time, first + ix);
+            column[0] = lanes.load(words, y0 as usize);
+            if is_tall {
+                column[1] = lanes.load(words, y0 as usize + LANES);
+            }
+        }
+        Some(Held { columns, corner: pair(corner_x - ox, y0 - oy), is_wide, is_tall })
     }
 
     /// The rows of some pixels.
@@ -136,10 +176,9 @@ impl OfTuple<'_> {
         let (steps_x, steps_y) = (lanes.and(pixels.steps, low), lanes.shr(pixels.steps, 16));
         let columns = lanes.or(lanes.add(steps_x, steps_x), one);
         let columns = lanes.select(lanes.mask(pixels.some), columns, zero);
-        let here = lanes.and(lanes.shr_each(lanes.lookup(held.words, from_y), from_x), columns);
-        let row = lanes.lookup(held.words, lanes.add(from_y, one));
-        let below = lanes.and(lanes.shr_each(row, from_x), columns);
-        let below = lanes.and(below, lanes.sub(zero, steps_y));
+        let [here, below] = held.bits(lanes, from_x, from_y);
+        let here = lanes.and(here, columns);
+        let below = lanes.and(lanes.and(below, columns), lanes.sub(zero, steps_y));
         let mut left = lanes.or(here, lanes.shl(below, 2));
         let table = lanes.load(&LOWEST, 0);
         // Whether anything is found is hard to predict, so that nothing is left out the first time.
@@ -169,11 +208,9 @@ impl OfTuple<'_> {
         // Two rows of up to 16 pixels at a time.
         let mut y = 0;
         loop {
-            let row = lanes.add(from_y, lanes.splat(y));
-            let here = lanes.and(lanes.shr_each(lanes.lookup(held.words, row), from_x), columns);
+            let [here, below] = held.bits(lanes, from_x, lanes.add(from_y, lanes.splat(y)));
+            let (here, below) = (lanes.and(here, columns), lanes.and(below, columns));
             let here = lanes.select(lanes.gt(steps_y, lanes.splat(y - 1)), here, zero);
-            let row = lanes.add(row, lanes.splat(1));
-            let below = lanes.and(lanes.shr_each(lanes.lookup(held.words, row), from_x), columns);
             let below = lanes.select(lanes.gt(steps_y, lanes.splat(y)), below, zero);
             let mut left = lanes.or(here, lanes.shl(below, 16));
             // Whether anything is found is hard to predict, so that nothing is left out the first time.

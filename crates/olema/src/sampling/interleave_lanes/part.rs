@@ -1,5 +1,6 @@
 //! Parts of a grid that fit in 16 bits, and which of their micropolygons may be hit.
 
+use crate::math::lanes::Lanes;
 use crate::math::simd::LANES;
 use crate::sampling::draw::{Micropolygon, Micropolygons, MovingDraw};
 use crate::sampling::nomotion::{Facing, SampleCounts};
@@ -18,8 +19,10 @@ pub(super) struct Part {
     pub(super) m: usize,
     /// Vertices.
     pub(super) num: usize,
-    /// Number in the grid of each quad, and room for a vector.
-    pub(super) quads: Vec<i32>,
+    /// Number in the grid of the first quad.
+    first: usize,
+    /// From the number of a quad here to that in the grid, for each row before it.
+    skip: i32,
 }
 
 impl Part {
@@ -38,11 +41,19 @@ impl Part {
         }
         self.m = i[1] - i[0];
         self.num = (self.m + 1) * (j[1] - j[0] + 1);
-        self.quads.clear();
-        let of_row = |row: usize| (i[0]..=i[1]).map(move |column| (row * draw.grid.m + column) as i32);
-        self.quads.extend((j[0]..=j[1]).flat_map(of_row));
-        self.quads.resize(self.num + LANES, 0);
+        self.first = j[0] * draw.grid.m + i[0];
+        self.skip = draw.grid.m as i32 - (self.m as i32 + 1);
         true
+    }
+
+    /// Numbers in the grid of quads.
+    #[inline(always)]
+    pub(super) fn numbers<L: Lanes>(&self, lanes: L, quad: L::I) -> L::I {
+        // From the middle of a quad no rounding reaches the next row, of fewer than 2^20 quads.
+        let middle = lanes.add_f(lanes.to_f(quad), lanes.splat_f(0.5));
+        let row = lanes.truncated(lanes.mul_f(middle, lanes.splat_f(1.0 / (self.m + 1) as f32)));
+        let skipped = lanes.mul(row, lanes.splat(self.skip));
+        lanes.add(lanes.add(quad, lanes.splat(self.first as i32)), skipped)
     }
 
     /// The micropolygons that may be hit, of each shape.
@@ -61,13 +72,14 @@ impl Part {
         if draw.facing == Facing::Any && draw.skip.is_none() && draw.micropolygons == Micropolygons::Quads {
             let [all, _] = of_shapes;
             all.shape = Some(Shape::whole(Facing::Any));
+            all.vertices = [0, 1, 2, 3];
             all.corners = [0, 1, step + 1, step];
             all.some.resize(self.num.div_ceil(LANES), 0);
             firsts.for_each(|first| all.some[first / LANES] |= 1 << (first % LANES));
             return;
         }
         for first in firsts {
-            let quad = self.quads[first] as usize;
+            let quad = (self.first + first).wrapping_add_signed(self.skip as isize * (first / step) as isize);
             let corners = draw.grid.corners(quad % draw.grid.m, quad / draw.grid.m);
             if draw.is_skipped(corners) {
                 continue;
@@ -91,6 +103,8 @@ pub(super) struct OfShape {
     pub(super) shape: Option<Shape>,
     /// What of [`MovingDraw::of_quad`] they are.
     pub(super) number: usize,
+    /// Which of the quad's vertices are its corners.
+    pub(super) vertices: [usize; 4],
     /// Corners, from the first vertex on.
     pub(super) corners: [usize; 4],
     /// Which there are, 16 quads at a time.
@@ -108,10 +122,9 @@ impl OfShape {
     ) {
         self.shape = Some(Shape::of(micropolygon.triangles, draw.facing));
         self.number = usize::from(micropolygon.triangles[0].0);
-        let of_part = [0, 1, step + 1, step];
-        self.corners = micropolygon
-            .vertices
-            .map(|vertex| of_part[corners.iter().position(|&corner| corner == vertex).unwrap_or(0)]);
+        let number = |vertex| corners.iter().position(|&corner| corner == vertex).unwrap_or(0);
+        self.vertices = micropolygon.vertices.map(number);
+        self.corners = self.vertices.map(|vertex| [0, 1, step + 1, step][vertex]);
         if self.some.len() <= first / LANES {
             self.some.resize(first / LANES + 1, 0);
         }

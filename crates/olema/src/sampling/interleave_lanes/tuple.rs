@@ -2,6 +2,7 @@
 
 use super::listed::Listed;
 use super::part::{OfShape, Part};
+use super::pending::Pending;
 use crate::math::lanes::{Lanes, pair};
 use crate::math::simd::LANES;
 use crate::sampling::draw::MovingDraw;
@@ -10,19 +11,25 @@ use crate::sampling::nomotion::{HitSink, SampleCounts};
 use crate::sampling::packed::{Frame, PackedSegment};
 use crate::sampling::pattern::Tuple;
 use crate::sampling::rows::TupleRows;
+use crate::sampling::test_lanes::depth_between;
 
 /// What is kept between the steps.
 #[derive(Default)]
 pub(super) struct Scratch {
     /// Where vertices are for a tuple, with room for a vector and a row.
     pub(super) at: Vec<i32>,
+    /// The bits of their depths, likewise.
+    pub(super) depth: Vec<i32>,
     pub(super) listed: Listed,
+    pub(super) pending: Pending,
 }
 
 impl Scratch {
     pub(super) fn renew(&mut self, part: &Part) {
         let len = part.num + part.m + 2 + 2 * LANES;
         self.at.resize(len, 0);
+        self.depth.resize(len, 0);
+        self.pending.renew();
     }
 }
 
@@ -66,7 +73,7 @@ impl<'a> OfTuple<'a> {
         }
     }
 
-    /// Tests the samples that hold the tuple.
+    /// Tests the samples that hold the tuple, or leaves them to wait.
     #[inline(always)]
     pub(super) fn draw<L: Lanes, S: HitSink>(
         &mut self,
@@ -92,7 +99,23 @@ impl<'a> OfTuple<'a> {
             None => self.place(lanes, scratch),
         }
         self.find_all(lanes, [x0, x1, y0, y1], scratch);
-        self.test(lanes, scratch, counts, sink);
+        if scratch.listed.len > 0 {
+            self.place_depths(lanes, t, scratch);
+            self.gather(lanes, scratch, counts, sink);
+        }
+    }
+
+    /// Depths of the vertices.
+    #[inline(always)]
+    fn place_depths<L: Lanes>(&self, lanes: L, t: f32, scratch: &mut Scratch) {
+        let t = lanes.splat_f(t);
+        let len = self.part.num.next_multiple_of(LANES);
+        let [from, to] = &self.segment.depth;
+        let ends = from[..len].chunks_exact(LANES).zip(to[..len].chunks_exact(LANES));
+        for (out, (from, to)) in scratch.depth[..len].chunks_exact_mut(LANES).zip(ends) {
+            let depth = depth_between(lanes, lanes.load_f(from, 0), lanes.load_f(to, 0), t);
+            lanes.store(lanes.bits_of(depth), out, 0);
+        }
     }
 
     /// Places the vertices.

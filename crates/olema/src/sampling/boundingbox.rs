@@ -4,21 +4,46 @@
 //!
 //! The box of all vertices at all keys is grown by the largest circle of confusion of any of them; every
 //! sample in a sub-pixel cell that it overlaps is tested. Where nothing moves these are the samples of
-//! NoMotion.
+//! NoMotion. Twin in lanes: `interval_lanes`.
 
 use super::draw::{Micropolygon, MovingDraw, Reach};
 use super::moving::Extent;
 use super::nomotion::{HitSink, SampleCounts, cells_in_pixel};
+use super::region::RegionSamples;
 
 /// Rasterizes a grid.
 pub fn rasterize<S: HitSink>(draw: &MovingDraw, counts: &mut SampleCounts, sink: &mut S) {
     draw.for_each(counts, sink, |micropolygon, counts, sink| {
-        test_cells(draw, micropolygon, Reach::of(&bound(draw, micropolygon)), counts, sink);
+        rasterize_micropolygon(draw, micropolygon, counts, sink);
     });
 }
 
+/// Tests the samples in a micropolygon's box.
+#[inline(never)]
+pub(super) fn rasterize_micropolygon(
+    draw: &MovingDraw,
+    micropolygon: &Micropolygon,
+    counts: &mut SampleCounts,
+    sink: &mut impl HitSink,
+) {
+    test_cells(draw, micropolygon, Reach::of(&bound(draw, micropolygon)), counts, sink);
+}
+
+/// Samples in the cells that a box overlaps.
+pub(super) fn num_samples(samples: &RegionSamples, reach: Reach) -> u64 {
+    let along = |axis: usize| {
+        let [first, last] = reach.pixels(&samples.region, axis);
+        let of_pixel = |px| {
+            let (first, last) = cells_in_pixel(reach.first[axis], reach.last[axis], px, samples.grid[axis]);
+            u64::from(last + 1 - first)
+        };
+        (first..=last).map(of_pixel).sum::<u64>()
+    };
+    along(0) * along(1)
+}
+
 /// Bound of a micropolygon over the shutter and the lens.
-fn bound(draw: &MovingDraw, micropolygon: &Micropolygon) -> Extent {
+pub(super) fn bound(draw: &MovingDraw, micropolygon: &Micropolygon) -> Extent {
     let grid = &draw.grid;
     let mut bound = Extent::EMPTY;
     let mut greatest_coc = 0;

@@ -1,10 +1,11 @@
-//! Interval in lanes: bounds of 16 strata at a time, then 16 samples side by side.
+//! Interval and BoundingBox in lanes: bounds of 16 strata at a time or of all, then 16 samples side by side.
 //!
-//! In: a [`MovingDraw`] of one motion segment. Out: the hits and counts of the scalar twin, [`super::interval`], in another
-//! order. Source: Fatahalian 2009, section 3.2.1.
+//! In: a [`MovingDraw`] of one motion segment. Out: the hits and counts of the scalar twins, [`super::interval`] and
+//! [`super::boundingbox`], in another order. Sources: Fatahalian 2009, section 3.2.1; Sattlecker 2015, section 3.3.
 //!
 //! ```text
-//! bound   a lane per stratum: box over its time and lens; samples in it are counted
+//! bound   Interval: a lane per stratum, box over its time and lens; samples in it are counted
+//!         BoundingBox: the twin's box
 //! test    a lane per sample, over the rows of the union of these boxes: position for its tuple, exact test
 //! ```
 //!
@@ -12,13 +13,13 @@
 //! outside of its own stratum's box costs a lane and cannot be hit. What does not fit in 16 bits, or has longer rows than
 //! [`MOST_STEPS_PX`] pixels, is drawn by the twin.
 
-use super::draw::{Micropolygon, MovingDraw};
-use super::interval;
+use super::draw::{Micropolygon, MovingDraw, Reach};
 use super::nomotion::{HitSink, SampleCounts};
 use super::packed::{Packed, PackedQuad, PackedVertex};
 use super::region::MOST_STEPS_PX;
 use super::stratum_lanes::StratumGroup;
 use super::test_lanes::{Depths, Shape, test};
+use super::{boundingbox, interval};
 use crate::math::lanes::{Lanes, pair};
 use crate::math::simd::{LANES, LanesKernel, SimdLevel};
 
@@ -34,20 +35,38 @@ pub(super) fn takes(draw: &MovingDraw) -> bool {
 pub(super) fn rasterize<S: HitSink>(
     level: SimdLevel,
     draw: &MovingDraw,
+    bounds: Bounds,
     counts: &mut SampleCounts,
     sink: &mut S,
 ) {
     let num_strata = draw.pattern.samples_per_pixel();
     let mut looked_at = Vec::new();
-    if !(0..num_strata).all(|stratum| draw.has_stratum(stratum)) {
+    if bounds == Bounds::Strata && !(0..num_strata).all(|stratum| draw.has_stratum(stratum)) {
         let num = MOST_STEPS_PX * num_strata as usize + LANES;
         looked_at.extend((0..num).map(|j| i32::from(draw.has_stratum(j as u32 % num_strata))));
     }
-    level.run_lanes(Kernel { draw, counts, sink, looked_at });
+    level.run_lanes(Kernel { draw, bounds, counts, sink, looked_at });
+}
+
+/// What is bounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Bounds {
+    /// Each stratum: Interval.
+    Strata,
+    /// The whole shutter and lens: BoundingBox.
+    Whole,
+}
+
+/// Pixels relative to the origin of a packed grid, both ends inclusive, and how many samples of them the twin tests.
+struct Boxed {
+    first_px: [i32; 2],
+    last_px: [i32; 2],
+    tests: u64,
 }
 
 struct Kernel<'a, S> {
     draw: &'a MovingDraw<'a>,
+    bounds: Bounds,
     counts: &'a mut SampleCounts,
     sink: &'a mut S,
     /// For the samples of a row of pixels 1 where the stratum is looked at; empty where all are.
@@ -88,8 +107,14 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
                             PackedQuad { packed: &apart, at: [0, 1, 2, 3] },
                         )
                 };
-                if !is_drawn {
-                    interval::rasterize_micropolygon(draw, &micropolygon, self.counts, self.sink);
+                match self.bounds {
+                    _ if is_drawn => {}
+                    Bounds::Strata => {
+                        interval::rasterize_micropolygon(draw, &micropolygon, self.counts, self.sink);
+                    }
+                    Bounds::Whole => {
+                        boundingbox::rasterize_micropolygon(draw, &micropolygon, self.counts, self.sink);
+                    }
                 }
             }
         }
@@ -100,27 +125,11 @@ impl<S: HitSink> Kernel<'_, S> {
     /// Draws a micropolygon, unless its rows are too long.
     #[inline(always)]
     fn draw_quad<L: Lanes>(&mut self, lanes: L, micropolygon: &Micropolygon, packed: PackedQuad) -> bool {
-        let mut tests = 0;
-        // First and last pixel of all boxes.
-        let (mut first_px, mut last_px) = ([i32::MAX; 2], [i32::MIN; 2]);
-        for group in self.draw.grid.times.stratum_groups() {
-            let (first, last, num) = self.bound(lanes, packed, group);
-            let sums = lanes.sum(num) as u32;
-            if sums == 0 {
-                continue;
-            }
-            tests += u64::from(sums);
-            let some = lanes.gt(num, lanes.splat(0));
-            let (high, low) = (lanes.splat(i32::from(i16::MAX)), lanes.splat(i32::from(i16::MIN)));
-            let halves = |v: L::I| [lanes.shr(lanes.shl(v, 16), 16), lanes.shr(v, 16)];
-            let (first, last) = (halves(first), halves(last));
-            for axis in 0..2 {
-                let least = lanes.least(lanes.select(some, first[axis], high));
-                let most = lanes.greatest(lanes.select(some, last[axis], low));
-                first_px[axis] = first_px[axis].min(least);
-                last_px[axis] = last_px[axis].max(most);
-            }
-        }
+        let boxed = match self.bounds {
+            Bounds::Strata => self.box_of_strata(lanes, packed),
+            Bounds::Whole => self.whole_box(micropolygon, packed),
+        };
+        let Boxed { first_px, last_px, tests } = boxed;
         if tests == 0 {
             return true;
         }
@@ -130,6 +139,46 @@ impl<S: HitSink> Kernel<'_, S> {
         self.counts.tests += tests;
         self.test_rows(lanes, micropolygon, packed, first_px, last_px);
         true
+    }
+
+    /// The box of BoundingBox.
+    #[inline(never)]
+    fn whole_box(&self, micropolygon: &Micropolygon, packed: PackedQuad) -> Boxed {
+        let region = &self.draw.samples.region;
+        let reach = Reach::of(&boundingbox::bound(self.draw, micropolygon));
+        let [ox, oy] = packed.frame(0).offset;
+        let [px, py] = [0, 1].map(|axis| reach.pixels(region, axis));
+        let (x, y) = (region.x0 + ox, region.y0 + oy);
+        Boxed {
+            first_px: [px[0] - x, py[0] - y],
+            last_px: [px[1] - x, py[1] - y],
+            tests: boundingbox::num_samples(self.draw.samples, reach),
+        }
+    }
+
+    /// The union of the boxes of strata.
+    #[inline(always)]
+    fn box_of_strata<L: Lanes>(&self, lanes: L, packed: PackedQuad) -> Boxed {
+        let mut boxed = Boxed { first_px: [i32::MAX; 2], last_px: [i32::MIN; 2], tests: 0 };
+        for group in self.draw.grid.times.stratum_groups() {
+            let (first, last, num) = self.bound(lanes, packed, group);
+            let sums = lanes.sum(num) as u32;
+            if sums == 0 {
+                continue;
+            }
+            boxed.tests += u64::from(sums);
+            let some = lanes.gt(num, lanes.splat(0));
+            let (high, low) = (lanes.splat(i32::from(i16::MAX)), lanes.splat(i32::from(i16::MIN)));
+            let halves = |v: L::I| [lanes.shr(lanes.shl(v, 16), 16), lanes.shr(v, 16)];
+            let (first, last) = (halves(first), halves(last));
+            for axis in 0..2 {
+                let least = lanes.least(lanes.select(some, first[axis], high));
+                let most = lanes.greatest(lanes.select(some, last[axis], low));
+                boxed.first_px[axis] = boxed.first_px[axis].min(least);
+                boxed.last_px[axis] = boxed.last_px[axis].max(most);
+            }
+        }
+        boxed
     }
 
     /// First and last pixel of the boxes of 16 strata, and how many pixels they hold.

@@ -9,6 +9,7 @@ use std::str::FromStr;
 
 use super::draw::{Kernels, Micropolygons, MovingDraw};
 use super::inside::HitPoint;
+use super::interval_lanes::Bounds;
 use super::nomotion::{self, GridView, HitSink, SampleCounts};
 use super::{
     auto, boundingbox, interleave, interleave_lanes, interval, interval_lanes, nomotion_lanes, simple,
@@ -127,7 +128,7 @@ impl Rasterizer {
             }
             Rasterizer::Interval => match draw.kernels {
                 Kernels::Lanes(level) if interval_lanes::takes(draw) => {
-                    interval_lanes::rasterize(level, draw, counts, sink);
+                    interval_lanes::rasterize(level, draw, Bounds::Strata, counts, sink);
                 }
                 _ => interval::rasterize(draw, counts, sink),
             },
@@ -137,8 +138,19 @@ impl Rasterizer {
                 }
                 _ => interleave::rasterize(draw, counts, sink),
             },
-            Rasterizer::BoundingBox => boundingbox::rasterize(draw, counts, sink),
-            Rasterizer::Simple => simple::rasterize(draw, counts, sink),
+            Rasterizer::BoundingBox => match draw.kernels {
+                Kernels::Lanes(level) if interval_lanes::takes(draw) => {
+                    interval_lanes::rasterize(level, draw, Bounds::Whole, counts, sink);
+                }
+                _ => boundingbox::rasterize(draw, counts, sink),
+            },
+            Rasterizer::Simple => match draw.kernels {
+                // InterleaveUvt with K = 1.
+                Kernels::Lanes(level) if interleave_lanes::takes(draw) => {
+                    interleave_lanes::rasterize(level, draw, counts, sink);
+                }
+                _ => simple::rasterize(draw, counts, sink),
+            },
         }
         Ok(self)
     }

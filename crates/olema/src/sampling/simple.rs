@@ -5,7 +5,7 @@
 //!
 //! With K = 1 there are M tuples, and tuple j is sample j of every pixel: for each tuple the micropolygon is
 //! placed and drawn as one that stands still, into sample j of the pixels that its box overlaps. The fastest
-//! way, and the one that shows ghosts where M is small.
+//! way, and the one that shows ghosts where M is small. In lanes it is InterleaveUvt's kernel that draws it.
 
 use super::draw::{MovingDraw, Reach};
 use super::moving::Extent;

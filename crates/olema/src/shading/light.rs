@@ -10,9 +10,11 @@ use glam::{DMat4, DVec3, Vec3};
 
 use super::params::Params;
 use super::reflect::{finite, normalize_or_zero};
-use super::{LightSample, LightShader, PlacedLight};
+use super::reflect_lanes::{dot, normalize, splat};
+use super::{Lanes3, LightSample, LightShader, PlacedLight};
 use crate::error::Error;
 use crate::math::function;
+use crate::math::simd::{LANES, SimdLevel};
 
 /// Names of the lights there are.
 pub const LIGHTS: [&str; 4] = ["ambientlight", "distantlight", "pointlight", "spotlight"];
@@ -174,6 +176,41 @@ impl PlacedLight for PlacedPoint {
         let (l, falloff) = towards(self.from, p);
         LightSample::From { l, cl: finite(falloff * self.cl) }
     }
+
+    fn sample_lanes(&self, level: SimdLevel, p: &Lanes3) -> Option<[Lanes3; 2]> {
+        Some(level.run(
+            #[inline(always)]
+            || {
+                let (l, falloff) = towards_lanes(self.from, p);
+                [l, colors(&falloff, self.cl)]
+            },
+        ))
+    }
+}
+
+/// [`towards`] in lanes.
+#[inline(always)]
+fn towards_lanes(from: Vec3, p: &Lanes3) -> (Lanes3, [f32; LANES]) {
+    let mut along = splat(from);
+    for (along, p) in along.iter_mut().zip(p) {
+        along.iter_mut().zip(p).for_each(|(along, p)| *along -= p);
+    }
+    let mut falloff = dot(&along, &along);
+    for falloff in &mut falloff {
+        *falloff = (1.0 / *falloff).min(f32::MAX);
+    }
+    (normalize(&along), falloff)
+}
+
+/// Colours of a light of which a share arrives.
+#[inline(always)]
+fn colors(shares: &[f32; LANES], cl: Vec3) -> Lanes3 {
+    let mut colors = splat(cl);
+    for lane in 0..LANES {
+        let color = finite(shares[lane] * cl);
+        (colors[0][lane], colors[1][lane], colors[2][lane]) = (color.x, color.y, color.z);
+    }
+    colors
 }
 
 /// A cone of light: with c the cosine of the angle off the axis, Cl = intensity lightcolor
@@ -196,17 +233,13 @@ struct Cone {
 
 impl Cone {
     /// The share of light at an angle of that cosine off the axis.
-    #[inline]
+    #[inline(always)]
     fn share(&self, cos: f32) -> f32 {
-        let beam = function::pow(cos.clamp(0.0, 1.0), self.beam_distribution).min(f32::MAX);
-        if cos < self.cos_outer {
-            0.0
-        } else if cos >= self.cos_inner {
-            beam
-        } else {
-            let t = (cos - self.cos_outer) / (self.cos_inner - self.cos_outer);
-            beam * (t * t * (3.0 - 2.0 * t))
-        }
+        let beam = function::pow_in_lanes(cos.clamp(0.0, 1.0), self.beam_distribution).min(f32::MAX);
+        let t = (cos - self.cos_outer) / (self.cos_inner - self.cos_outer);
+        let fading = beam * (t * t * (3.0 - 2.0 * t));
+        let within = if cos >= self.cos_inner { beam } else { fading };
+        if cos < self.cos_outer { 0.0 } else { within }
     }
 }
 
@@ -255,6 +288,20 @@ impl PlacedLight for PlacedSpot {
         let (l, falloff) = towards(self.from, p);
         let share = self.cone.share(-l.dot(self.axis));
         LightSample::From { l, cl: finite((falloff * share).min(f32::MAX) * self.cl) }
+    }
+
+    fn sample_lanes(&self, level: SimdLevel, p: &Lanes3) -> Option<[Lanes3; 2]> {
+        Some(level.run(
+            #[inline(always)]
+            || {
+                let (l, mut shares) = towards_lanes(self.from, p);
+                let along = dot(&l, &splat(self.axis));
+                for (share, along) in shares.iter_mut().zip(along) {
+                    *share = (*share * self.cone.share(-along)).min(f32::MAX);
+                }
+                [l, colors(&shares, self.cl)]
+            },
+        ))
     }
 }
 

@@ -22,6 +22,7 @@ use glam::{DMat4, Vec3};
 
 use crate::error::Error;
 use crate::math::Vec3s;
+use crate::math::simd::{LANES, SimdLevel};
 
 pub use displacement::{Balls, DisplacementPoints, DisplacementShader};
 pub use displacers::{DISPLACEMENTS, Images};
@@ -180,7 +181,16 @@ pub trait PlacedLight: Debug + Send + Sync {
     fn is_alike_everywhere(&self) -> bool {
         false
     }
+
+    /// [`Self::sample`] at points by component and lane, with the same bits: unit vectors towards the light, and its
+    /// colours. `None` where it is to be asked point by point; a light that may be ambient is.
+    fn sample_lanes(&self, _level: SimdLevel, _p: &Lanes3) -> Option<[Lanes3; 2]> {
+        None
+    }
 }
+
+/// Vectors by component and lane.
+pub type Lanes3 = [[f32; LANES]; 3];
 
 /// A surface shader and what its author should know.
 #[derive(Debug, Clone)]

@@ -11,12 +11,9 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::reflect::{Reflected, Wanted, finite, normalize_or_zero};
-use super::{LightSample, PlacedLight, ShadedPoints, ShadingPoints};
+use super::{Lanes3, LightSample, PlacedLight, ShadedPoints, ShadingPoints};
 use crate::math::simd::{LANES, SimdLevel};
 use crate::math::{Vec3s, function};
-
-/// Vectors by component and lane.
-type Lanes3 = [[f32; LANES]; 3];
 
 const ZEROS: Lanes3 = [[0.0; LANES]; 3];
 
@@ -32,35 +29,85 @@ pub(super) fn write_lit(
     level.run(
         #[inline(always)]
         || {
-            let mut left = vertices;
-            while !left.is_empty() {
-                let (picked, rest) = Picked::next(left, points.p.len());
-                write_chunk(points, &picked, lights, wanted, out, &color);
-                left = rest;
-            }
+            each_picked(
+                points,
+                vertices,
+                #[inline(always)]
+                |picked| {
+                    let sums = reflect(level, points, picked, lights, wanted);
+                    write(
+                        points,
+                        picked,
+                        out,
+                        #[inline(always)]
+                        |cs, lane| {
+                            let reflected = Reflected {
+                                ambient: finite(at(&sums.ambient, lane)),
+                                diffuse: finite(at(&sums.diffuse, lane)),
+                                specular: finite(at(&sums.specular, lane)),
+                            };
+                            color(cs, &reflected)
+                        },
+                    );
+                },
+            );
         },
     );
 }
 
+/// Writes Oi = Os, Ci = Os * `color(Cs, cosine between N and I)` at `vertices`.
+pub(super) fn write_facing(
+    level: SimdLevel,
+    points: &ShadingPoints,
+    vertices: &[u32],
+    out: &mut ShadedPoints,
+    color: impl Fn(Vec3, f32) -> Vec3,
+) {
+    level.run(
+        #[inline(always)]
+        || {
+            each_picked(
+                points,
+                vertices,
+                #[inline(always)]
+                |picked| {
+                    let cos = dot(&normalize(&picked.load(&points.n)), &normalize(&picked.load(&points.i)));
+                    write(
+                        points,
+                        picked,
+                        out,
+                        #[inline(always)]
+                        |cs, lane| color(cs, cos[lane]),
+                    );
+                },
+            );
+        },
+    );
+}
+
+/// Calls `visit` with all of `vertices`, up to 16 at a time.
 #[inline(always)]
-fn write_chunk(
+fn each_picked(points: &ShadingPoints, vertices: &[u32], mut visit: impl FnMut(&Picked)) {
+    let mut left = vertices;
+    while !left.is_empty() {
+        let (picked, rest) = Picked::next(left, points.p.len());
+        visit(&picked);
+        left = rest;
+    }
+}
+
+/// Writes Oi = Os, Ci = Os * `color(Cs, lane)`.
+#[inline(always)]
+fn write(
     points: &ShadingPoints,
     picked: &Picked,
-    lights: &[Arc<dyn PlacedLight>],
-    wanted: Wanted,
     out: &mut ShadedPoints,
-    color: &impl Fn(Vec3, &Reflected) -> Vec3,
+    color: impl Fn(Vec3, usize) -> Vec3,
 ) {
-    let sums = reflect(points, picked, lights, wanted);
     let (cs, os) = (picked.load(&points.cs), picked.load(&points.os));
     let mut ci: Lanes3 = ZEROS;
     for lane in 0..LANES {
-        let reflected = Reflected {
-            ambient: finite(at(&sums.ambient, lane)),
-            diffuse: finite(at(&sums.diffuse, lane)),
-            specular: finite(at(&sums.specular, lane)),
-        };
-        let c = at(&os, lane) * finite(color(at(&cs, lane), &reflected));
+        let c = at(&os, lane) * finite(color(at(&cs, lane), lane));
         (ci[0][lane], ci[1][lane], ci[2][lane]) = (c.x, c.y, c.z);
     }
     picked.store(&mut out.oi, &os);
@@ -138,7 +185,13 @@ struct Sums {
 }
 
 #[inline(always)]
-fn reflect(points: &ShadingPoints, picked: &Picked, lights: &[Arc<dyn PlacedLight>], wanted: Wanted) -> Sums {
+fn reflect(
+    level: SimdLevel,
+    points: &ShadingPoints,
+    picked: &Picked,
+    lights: &[Arc<dyn PlacedLight>],
+    wanted: Wanted,
+) -> Sums {
     let mut sums = Sums { ambient: ZEROS, diffuse: ZEROS, specular: ZEROS };
     let i = picked.load(&points.i);
     let nf = facing(&i, &picked.load(&points.n), &picked.load(&points.ng));
@@ -149,7 +202,7 @@ fn reflect(points: &ShadingPoints, picked: &Picked, lights: &[Arc<dyn PlacedLigh
     };
     let p = picked.load(&points.p);
     for light in lights {
-        let Some((l, cl)) = arriving(&**light, &p, &mut sums.ambient) else { continue };
+        let Some((l, cl)) = arriving(level, &**light, &p, &mut sums.ambient) else { continue };
         let cos = dot(&nf, &l);
         if !cos.iter().fold(false, |any, &cos| any | (cos > 0.0)) {
             continue;
@@ -187,7 +240,12 @@ fn add(sum: &mut Lanes3, cl: &Lanes3, by: &[f32; LANES], cos: &[f32; LANES]) {
 
 /// Unit vectors to a light from 16 points and its colours there; what comes from everywhere goes to `ambient`.
 #[inline(always)]
-fn arriving(light: &dyn PlacedLight, p: &Lanes3, ambient: &mut Lanes3) -> Option<(Lanes3, Lanes3)> {
+fn arriving(
+    level: SimdLevel,
+    light: &dyn PlacedLight,
+    p: &Lanes3,
+    ambient: &mut Lanes3,
+) -> Option<(Lanes3, Lanes3)> {
     if light.is_alike_everywhere() {
         return match light.sample(at(p, 0)) {
             LightSample::Ambient { cl } => {
@@ -200,6 +258,9 @@ fn arriving(light: &dyn PlacedLight, p: &Lanes3, ambient: &mut Lanes3) -> Option
             }
             LightSample::From { l, cl } => Some((splat(l), splat(cl))),
         };
+    }
+    if let Some([l, cl]) = light.sample_lanes(level, p) {
+        return Some((l, cl));
     }
     let (mut to_light, mut colors, mut is_from) = (ZEROS, ZEROS, false);
     for lane in 0..LANES {
@@ -234,7 +295,7 @@ fn facing(i: &Lanes3, n: &Lanes3, ng: &Lanes3) -> Lanes3 {
 
 /// [`normalize_or_zero`] in every lane.
 #[inline(always)]
-fn normalize(v: &Lanes3) -> Lanes3 {
+pub(super) fn normalize(v: &Lanes3) -> Lanes3 {
     let squared = dot(v, v);
     let (mut unit, mut all_fit) = (*v, true);
     for lane in 0..LANES {
@@ -251,12 +312,12 @@ fn normalize(v: &Lanes3) -> Lanes3 {
 }
 
 #[inline(always)]
-fn dot(a: &Lanes3, b: &Lanes3) -> [f32; LANES] {
+pub(super) fn dot(a: &Lanes3, b: &Lanes3) -> [f32; LANES] {
     std::array::from_fn(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
 }
 
 #[inline(always)]
-fn splat(v: Vec3) -> Lanes3 {
+pub(super) fn splat(v: Vec3) -> Lanes3 {
     [[v.x; LANES], [v.y; LANES], [v.z; LANES]]
 }
 
@@ -359,6 +420,30 @@ mod tests {
             }
         }
         differ
+    }
+
+    #[test]
+    fn what_faces_the_eye_has_the_bits_of_the_twin() {
+        let mut stream = Stream::new(5);
+        for (len, shift) in [(1usize, 0.0), (16, 0.0), (77, 0.0), (300, 1e-5)] {
+            let points = random_points(len, &mut stream);
+            let vertices: Vec<u32> = (0..len as u32).filter(|_| stream.below(5) > 0).collect();
+            let blank =
+                || ShadedPoints { ci: Vec3s::splat(Vec3::ONE, len), oi: Vec3s::splat(Vec3::ONE, len) };
+            let color = |cs: Vec3, d: f32| cs * (0.2 + 0.8 * (d * d));
+            let mut expected = blank();
+            for ix in vertices.iter().map(|&vertex| vertex as usize) {
+                let (n, i) = (normalize_or_zero(points.n.get(ix)), normalize_or_zero(points.i.get(ix)));
+                let os = points.os.get(ix);
+                expected.oi.set(ix, os);
+                expected.ci.set(ix, os * finite(color(points.cs.get(ix), n.dot(i) + shift)));
+            }
+            for level in SimdLevel::all() {
+                let mut out = blank();
+                write_facing(level, &points, &vertices, &mut out, color);
+                assert_eq!(bits(&out) == bits(&expected), shift == 0.0, "{len} points, {level:?}");
+            }
+        }
     }
 
     #[test]

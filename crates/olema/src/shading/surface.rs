@@ -259,6 +259,14 @@ struct DefaultSurface {
     kd: f32,
 }
 
+impl DefaultSurface {
+    /// Ci / Os from the cosine.
+    #[inline(always)]
+    fn color(&self, cs: Vec3, d: f32) -> Vec3 {
+        cs * (self.ka + self.kd * (d * d))
+    }
+}
+
 impl SurfaceShader for DefaultSurface {
     fn name(&self) -> &str {
         self.name
@@ -269,10 +277,20 @@ impl SurfaceShader for DefaultSurface {
     }
 
     fn shade(&self, points: &ShadingPoints, at: &[u32], _: &[Arc<dyn PlacedLight>], out: &mut ShadedPoints) {
-        write(points, at, out, |ix, cs| {
-            let d = normalize_or_zero(points.n.get(ix)).dot(normalize_or_zero(points.i.get(ix)));
-            cs * (self.ka + self.kd * (d * d))
-        });
+        if at.len() < FEW {
+            write(points, at, out, |ix, cs| {
+                self.color(cs, normalize_or_zero(points.n.get(ix)).dot(normalize_or_zero(points.i.get(ix))))
+            });
+        } else {
+            reflect_lanes::write_facing(
+                SimdLevel::best(),
+                points,
+                at,
+                out,
+                #[inline(always)]
+                |cs, d| self.color(cs, d),
+            );
+        }
     }
 }
 

@@ -38,8 +38,9 @@ fn compare(
     let samples = RegionSamples::new(pattern, region);
     let table = TupleTimes::new(pattern, &grid.key_times);
     let mut num_hits = 0;
-    for rasterizer in [Rasterizer::NoMotion, Rasterizer::Interval, Rasterizer::InterleaveUvt] {
-        if rasterizer == Rasterizer::NoMotion && grid.grid(&table).still().is_none() {
+    for rasterizer in Rasterizer::ALL {
+        let cannot = rasterizer == Rasterizer::NoMotion && grid.grid(&table).still().is_none();
+        if cannot || pattern.tile() > rasterizer.greatest_tile() || rasterizer == Rasterizer::Auto {
             continue;
         }
         for micropolygons in [Micropolygons::Quads, Micropolygons::Triangles] {
@@ -50,7 +51,7 @@ fn compare(
                 let how = How { kernels: Kernels::Lanes(level), ..how };
                 let found = work(grid, how, times, pattern, &samples);
                 let (m, k) = (pattern.samples_per_pixel(), pattern.tile());
-                let leaves_out = rasterizer == Rasterizer::InterleaveUvt
+                let leaves_out = matches!(rasterizer, Rasterizer::InterleaveUvt | Rasterizer::Simple)
                     && (found.1.hits..=expected.1.tests).contains(&found.1.tests);
                 let tests = if leaves_out { found.1.tests } else { expected.1.tests };
                 let expected_counts = SampleCounts { tests, ..expected.1 };
@@ -128,9 +129,9 @@ fn fixed_seeds_hit_something_and_agree() {
 /// Scalar code draws a grid, lanes one whose first vertex is 1/256 px to the right: how often that shows.
 #[test]
 fn a_kernel_that_is_off_by_the_least_step_is_noticed() {
-    let pattern = super::pattern([4, 4], 2);
-    let samples = RegionSamples::new(&pattern, Region::new(-6, 6, -5, 5));
-    for rasterizer in [Rasterizer::NoMotion, Rasterizer::Interval, Rasterizer::InterleaveUvt] {
+    for rasterizer in Rasterizer::ALL.into_iter().filter(|rasterizer| *rasterizer != Rasterizer::Auto) {
+        let pattern = super::pattern([4, 4], 2.min(rasterizer.greatest_tile()));
+        let samples = RegionSamples::new(&pattern, Region::new(-6, 6, -5, 5));
         let (mut seen, mut noticed) = (0, 0);
         for seed in 0..300 {
             let mut grid = random_grid(&mut Stream::new(seed));
@@ -168,5 +169,21 @@ fn what_moves_fast_is_hit_as_by_scalar_code() {
         let grid = Blurred::from_fn([7, 5], &[0.0, 1.0], at).defocused(radius);
         let num = compare(&grid, Facing::Any, MovingDraw::ALL_TIMES, &pattern, Region::new(-20, 44, -30, 30));
         assert!(num > 0 || speed > 10_000.0, "{speed} px: nothing is hit");
+    }
+}
+
+/// Grids of as many quads as frames have them, up to many more rows and columns than a vector and a word hold.
+#[test]
+fn grids_of_all_widths_are_hit_as_by_scalar_code() {
+    let pattern = super::pattern([4, 4], 2);
+    for (size, turn) in [(0.6, 0.0), (0.9, 0.8), (1.3, 0.1), (1.9, 2.5), (2.4, 4.0), (3.1, 1.6), (5.0, 0.4)] {
+        let (sin, cos) = f64::sin_cos(turn);
+        let at = |key: usize, i: usize, j: usize| {
+            let [a, b] = [i, j].map(|n| (n as f64 - 8.0) * size);
+            [7.3 + 2.0 * key as f64 + a * cos - b * sin, 11.9 + a * sin + b * cos]
+        };
+        let grid = Blurred::from_fn([16, 16], &[0.0, 1.0], at).defocused(1.5);
+        let num = compare(&grid, Facing::Any, MovingDraw::ALL_TIMES, &pattern, Region::new(-31, 41, -25, 47));
+        assert!(num > 1000, "{size} px: {num} hits");
     }
 }

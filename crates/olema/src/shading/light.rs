@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3, Vec3};
 
 use super::params::Params;
-use super::reflect::{finite, normalize_or_zero};
+use super::reflect::{finite, finite3, normalize_or_zero};
 use super::reflect_lanes::{dot, normalize, splat};
 use super::{Lanes3, LightSample, LightShader, PlacedLight};
 use crate::error::Error;
@@ -24,7 +24,7 @@ pub(super) fn make(name: &str, params: &mut Params) -> Result<Option<Arc<dyn Lig
     if !LIGHTS.contains(&name) {
         return Ok(None);
     }
-    let cl = finite(params.float("intensity", 1.0)? * params.color("lightcolor", 1.0)?);
+    let cl = finite3(params.float("intensity", 1.0)? * params.color("lightcolor", 1.0)?);
     Ok(Some(match name {
         "ambientlight" => Arc::new(AmbientLight { cl }),
         "distantlight" => Arc::new(DistantLight { beam: Beam::read(params)?, cl }),
@@ -174,7 +174,7 @@ struct PlacedPoint {
 impl PlacedLight for PlacedPoint {
     fn sample(&self, p: Vec3) -> LightSample {
         let (l, falloff) = towards(self.from, p);
-        LightSample::From { l, cl: finite(falloff * self.cl) }
+        LightSample::From { l, cl: finite3(falloff * self.cl) }
     }
 
     fn sample_lanes(&self, level: SimdLevel, p: &Lanes3) -> Option<[Lanes3; 2]> {
@@ -206,9 +206,8 @@ fn towards_lanes(from: Vec3, p: &Lanes3) -> (Lanes3, [f32; LANES]) {
 #[inline(always)]
 fn colors(shares: &[f32; LANES], cl: Vec3) -> Lanes3 {
     let mut colors = splat(cl);
-    for lane in 0..LANES {
-        let color = finite(shares[lane] * cl);
-        (colors[0][lane], colors[1][lane], colors[2][lane]) = (color.x, color.y, color.z);
+    for channel in &mut colors {
+        channel.iter_mut().zip(shares).for_each(|(color, share)| *color = finite(share * *color));
     }
     colors
 }
@@ -287,7 +286,7 @@ impl PlacedLight for PlacedSpot {
     fn sample(&self, p: Vec3) -> LightSample {
         let (l, falloff) = towards(self.from, p);
         let share = self.cone.share(-l.dot(self.axis));
-        LightSample::From { l, cl: finite((falloff * share).min(f32::MAX) * self.cl) }
+        LightSample::From { l, cl: finite3((falloff * share).min(f32::MAX) * self.cl) }
     }
 
     fn sample_lanes(&self, level: SimdLevel, p: &Lanes3) -> Option<[Lanes3; 2]> {

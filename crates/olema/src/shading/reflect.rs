@@ -30,9 +30,14 @@ pub(super) fn normalize_or_zero(v: Vec3) -> Vec3 {
 
 /// `x`, with infinities made the largest float and not-a-number 0: black times infinitely bright stays black.
 #[inline(always)]
-pub(super) fn finite(v: Vec3) -> Vec3 {
-    let one = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(f32::MIN, f32::MAX) };
-    Vec3::new(one(v.x), one(v.y), one(v.z))
+pub(super) fn finite(x: f32) -> f32 {
+    if x.is_nan() { 0.0 } else { x.clamp(f32::MIN, f32::MAX) }
+}
+
+/// [`finite`] in each channel.
+#[inline(always)]
+pub(super) fn finite3(v: Vec3) -> Vec3 {
+    Vec3::new(finite(v.x), finite(v.y), finite(v.z))
 }
 
 /// A vertex as the reflection functions need it.
@@ -72,6 +77,22 @@ pub(super) struct Reflected {
     pub specular: Vec3,
 }
 
+impl Reflected {
+    /// One channel of it.
+    #[inline(always)]
+    pub fn channel(&self, c: usize) -> ReflectedChannel {
+        ReflectedChannel { ambient: self.ambient[c], diffuse: self.diffuse[c], specular: self.specular[c] }
+    }
+}
+
+/// [`Reflected`] in one channel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ReflectedChannel {
+    pub ambient: f32,
+    pub diffuse: f32,
+    pub specular: f32,
+}
+
 /// Which sums are wanted besides the ambient one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wanted {
@@ -104,5 +125,9 @@ pub(super) fn reflect(at: Facing, lights: &[Arc<dyn PlacedLight>], wanted: Wante
             }
         }
     }
-    Reflected { ambient: finite(sum.ambient), diffuse: finite(sum.diffuse), specular: finite(sum.specular) }
+    Reflected {
+        ambient: finite3(sum.ambient),
+        diffuse: finite3(sum.diffuse),
+        specular: finite3(sum.specular),
+    }
 }

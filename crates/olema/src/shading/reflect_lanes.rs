@@ -10,21 +10,21 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::reflect::{Reflected, Wanted, finite, normalize_or_zero};
+use super::reflect::{ReflectedChannel, Wanted, finite, normalize_or_zero};
 use super::{Lanes3, LightSample, PlacedLight, ShadedPoints, ShadingPoints};
 use crate::math::simd::{LANES, SimdLevel};
 use crate::math::{Vec3s, function};
 
 const ZEROS: Lanes3 = [[0.0; LANES]; 3];
 
-/// Writes Oi = Os, Ci = Os * `color(Cs, what is reflected)` at `vertices`.
+/// Writes Oi = Os, Ci = Os * `color(channel, Cs, what is reflected)` at `vertices`.
 pub(super) fn write_lit(
     level: SimdLevel,
     points: &ShadingPoints,
     vertices: &[u32],
     (lights, wanted): (&[Arc<dyn PlacedLight>], Wanted),
     out: &mut ShadedPoints,
-    color: impl Fn(Vec3, &Reflected) -> Vec3,
+    color: impl Fn(usize, f32, ReflectedChannel) -> f32,
 ) {
     level.run(
         #[inline(always)]
@@ -40,13 +40,13 @@ pub(super) fn write_lit(
                         picked,
                         out,
                         #[inline(always)]
-                        |cs, lane| {
-                            let reflected = Reflected {
-                                ambient: finite(at(&sums.ambient, lane)),
-                                diffuse: finite(at(&sums.diffuse, lane)),
-                                specular: finite(at(&sums.specular, lane)),
+                        |c, cs, lane| {
+                            let reflected = ReflectedChannel {
+                                ambient: finite(sums.ambient[c][lane]),
+                                diffuse: finite(sums.diffuse[c][lane]),
+                                specular: finite(sums.specular[c][lane]),
                             };
-                            color(cs, &reflected)
+                            color(c, cs, reflected)
                         },
                     );
                 },
@@ -61,7 +61,7 @@ pub(super) fn write_facing(
     points: &ShadingPoints,
     vertices: &[u32],
     out: &mut ShadedPoints,
-    color: impl Fn(Vec3, f32) -> Vec3,
+    color: impl Fn(f32, f32) -> f32,
 ) {
     level.run(
         #[inline(always)]
@@ -77,7 +77,7 @@ pub(super) fn write_facing(
                         picked,
                         out,
                         #[inline(always)]
-                        |cs, lane| color(cs, cos[lane]),
+                        |_, cs, lane| color(cs, cos[lane]),
                     );
                 },
             );
@@ -96,19 +96,21 @@ fn each_picked(points: &ShadingPoints, vertices: &[u32], mut visit: impl FnMut(&
     }
 }
 
-/// Writes Oi = Os, Ci = Os * `color(Cs, lane)`.
+/// Writes Oi = Os, Ci = Os * `color(channel, Cs, lane)`.
 #[inline(always)]
 fn write(
     points: &ShadingPoints,
     picked: &Picked,
     out: &mut ShadedPoints,
-    color: impl Fn(Vec3, usize) -> Vec3,
+    color: impl Fn(usize, f32, usize) -> f32,
 ) {
     let (cs, os) = (picked.load(&points.cs), picked.load(&points.os));
     let mut ci: Lanes3 = ZEROS;
-    for lane in 0..LANES {
-        let c = at(&os, lane) * finite(color(at(&cs, lane), lane));
-        (ci[0][lane], ci[1][lane], ci[2][lane]) = (c.x, c.y, c.z);
+    // Channel by channel: vectors of three would not go in lanes.
+    for c in 0..3 {
+        for lane in 0..LANES {
+            ci[c][lane] = os[c][lane] * finite(color(c, cs[c][lane], lane));
+        }
     }
     picked.store(&mut out.oi, &os);
     picked.store(&mut out.ci, &ci);
@@ -335,7 +337,7 @@ fn set(v: &mut Lanes3, lane: usize, to: Vec3) {
 mod tests {
     use glam::DMat4;
 
-    use super::super::reflect::{Facing, reflect as reflect_one};
+    use super::super::reflect::{Facing, finite3, reflect as reflect_one};
     use super::super::{ShaderParam, light};
     use super::*;
     use crate::sampling::hash::Stream;
@@ -372,8 +374,8 @@ mod tests {
         points
     }
 
-    fn color(cs: Vec3, r: &Reflected) -> Vec3 {
-        cs * (0.7 * r.ambient + 0.4 * r.diffuse) + Vec3::new(0.1, 0.2, 0.3) * r.specular
+    fn color(c: usize, cs: f32, r: ReflectedChannel) -> f32 {
+        cs * (0.7 * r.ambient + 0.4 * r.diffuse) + [0.1, 0.2, 0.3][c] * r.specular
     }
 
     /// Bits, but one for all that are not numbers.
@@ -410,7 +412,9 @@ mod tests {
                     let reflected = reflect_one(facing, &lights, wanted);
                     let os = points.os.get(ix);
                     expected.oi.set(ix, os);
-                    expected.ci.set(ix, os * finite(color(points.cs.get(ix), &reflected)));
+                    let cs = points.cs.get(ix);
+                    let ci = [0, 1, 2].map(|c| color(c, cs[c], reflected.channel(c)));
+                    expected.ci.set(ix, os * finite3(Vec3::from_array(ci)));
                 }
                 for level in SimdLevel::all() {
                     let mut out = blank();
@@ -430,13 +434,14 @@ mod tests {
             let vertices: Vec<u32> = (0..len as u32).filter(|_| stream.below(5) > 0).collect();
             let blank =
                 || ShadedPoints { ci: Vec3s::splat(Vec3::ONE, len), oi: Vec3s::splat(Vec3::ONE, len) };
-            let color = |cs: Vec3, d: f32| cs * (0.2 + 0.8 * (d * d));
+            let color = |cs: f32, d: f32| cs * (0.2 + 0.8 * (d * d));
             let mut expected = blank();
             for ix in vertices.iter().map(|&vertex| vertex as usize) {
                 let (n, i) = (normalize_or_zero(points.n.get(ix)), normalize_or_zero(points.i.get(ix)));
                 let os = points.os.get(ix);
                 expected.oi.set(ix, os);
-                expected.ci.set(ix, os * finite(color(points.cs.get(ix), n.dot(i) + shift)));
+                let ci = points.cs.get(ix).to_array().map(|cs| color(cs, n.dot(i) + shift));
+                expected.ci.set(ix, os * finite3(Vec3::from_array(ci)));
             }
             for level in SimdLevel::all() {
                 let mut out = blank();

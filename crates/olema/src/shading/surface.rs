@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::params::Params;
-use super::reflect::{Facing, Reflected, Wanted, finite, normalize_or_zero, reflect};
+use super::reflect::{Facing, ReflectedChannel, Wanted, finite3, normalize_or_zero, reflect};
 use super::reflect_lanes;
 use super::{Inputs, OpacityUse, PlacedLight, ShadedPoints, ShaderTraits, ShadingPoints, SurfaceShader};
 use crate::error::Error;
@@ -97,23 +97,26 @@ fn write(
         let ix = vertex as usize;
         let os = points.os.get(ix);
         out.oi.set(ix, os);
-        out.ci.set(ix, os * finite(color(ix, points.cs.get(ix))));
+        out.ci.set(ix, os * finite3(color(ix, points.cs.get(ix))));
     }
 }
 
 /// Fewer vertices than this are shaded one by one: lanes that are left over cost as much as others.
 const FEW: usize = 4;
 
-/// Writes Oi = Os, Ci = Os * `color(Cs, what of the lights is reflected)`.
+/// Writes Oi = Os, Ci = Os * `color(channel, Cs, what of the lights is reflected)`.
 fn write_lit(
     points: &ShadingPoints,
     vertices: &[u32],
     (lights, wanted): (&[Arc<dyn PlacedLight>], Wanted),
     out: &mut ShadedPoints,
-    color: impl Fn(Vec3, &Reflected) -> Vec3,
+    color: impl Fn(usize, f32, ReflectedChannel) -> f32,
 ) {
     if vertices.len() < FEW {
-        write(points, vertices, out, |ix, cs| color(cs, &reflect(Facing::new(points, ix), lights, wanted)));
+        write(points, vertices, out, |ix, cs| {
+            let reflected = reflect(Facing::new(points, ix), lights, wanted);
+            Vec3::from_array([0, 1, 2].map(|c| color(c, cs[c], reflected.channel(c))))
+        });
     } else {
         reflect_lanes::write_lit(SimdLevel::best(), points, vertices, (lights, wanted), out, color);
     }
@@ -167,7 +170,7 @@ impl SurfaceShader for Matte {
             (lights, wanted),
             out,
             #[inline(always)]
-            |cs, r| cs * (self.ka * r.ambient + self.kd * r.diffuse),
+            |_, cs, r| cs * (self.ka * r.ambient + self.kd * r.diffuse),
         );
     }
 }
@@ -204,7 +207,7 @@ impl SurfaceShader for Metal {
             (lights, wanted),
             out,
             #[inline(always)]
-            |cs, r| cs * (self.ka * r.ambient + self.ks * r.specular),
+            |_, cs, r| cs * (self.ka * r.ambient + self.ks * r.specular),
         );
     }
 }
@@ -243,9 +246,9 @@ impl SurfaceShader for Plastic {
             (lights, wanted),
             out,
             #[inline(always)]
-            |cs, r| {
+            |c, cs, r| {
                 let body = cs * (self.ka * r.ambient + self.kd * r.diffuse);
-                body + self.specular_color * (self.ks * r.specular)
+                body + self.specular_color[c] * (self.ks * r.specular)
             },
         );
     }
@@ -262,7 +265,7 @@ struct DefaultSurface {
 impl DefaultSurface {
     /// Ci / Os from the cosine.
     #[inline(always)]
-    fn color(&self, cs: Vec3, d: f32) -> Vec3 {
+    fn color(&self, cs: f32, d: f32) -> f32 {
         cs * (self.ka + self.kd * (d * d))
     }
 }
@@ -279,7 +282,8 @@ impl SurfaceShader for DefaultSurface {
     fn shade(&self, points: &ShadingPoints, at: &[u32], _: &[Arc<dyn PlacedLight>], out: &mut ShadedPoints) {
         if at.len() < FEW {
             write(points, at, out, |ix, cs| {
-                self.color(cs, normalize_or_zero(points.n.get(ix)).dot(normalize_or_zero(points.i.get(ix))))
+                let d = normalize_or_zero(points.n.get(ix)).dot(normalize_or_zero(points.i.get(ix)));
+                Vec3::from_array(cs.to_array().map(|cs| self.color(cs, d)))
             });
         } else {
             reflect_lanes::write_facing(

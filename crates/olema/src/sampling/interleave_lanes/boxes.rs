@@ -84,23 +84,33 @@ impl OfTuple<'_> {
     pub(super) fn find_all<L: Lanes>(&self, lanes: L, pixels: [i32; 4], scratch: &mut Scratch) {
         let held = self.held(lanes, pixels);
         let may_be_wide = pixels[1] - pixels[0] >= MOST_COLUMNS;
-        for (ix, &some) in self.of_shape.some.iter().enumerate().filter(|(_, some)| **some != 0) {
+        let (of_shape, Scratch { at, listed, .. }) = (self.of_shape, scratch);
+        let len = of_shape.some.len() * LANES;
+        // All of the same length: nothing is checked within the loop.
+        let [c0, c1, c2, c3] = of_shape.corners;
+        let upper = at[c0..][..len].chunks_exact(LANES).zip(at[c1..][..len].chunks_exact(LANES));
+        let lower = at[c2..][..len].chunks_exact(LANES).zip(at[c3..][..len].chunks_exact(LANES));
+        for (ix, (&some, ((a0, a1), (a2, a3)))) in of_shape.some.iter().zip(upper.zip(lower)).enumerate() {
+            if some == 0 {
+                continue;
+            }
             let first = ix * LANES;
-            let pixels = self.pixels(lanes, scratch, first, some);
+            let corners = [lanes.load(a0, 0), lanes.load(a1, 0), lanes.load(a2, 0), lanes.load(a3, 0)];
+            let pixels = self.pixels(lanes, corners, some);
             if pixels.some == 0 {
                 continue;
             }
             if let Some(held) = held
                 && pixels.are_within(lanes, SMALL)
             {
-                self.find_small(lanes, first, &pixels, held, &mut scratch.listed);
+                self.find_small(lanes, first, &pixels, held, listed);
                 continue;
             }
             let is_wide = may_be_wide && !pixels.are_within(lanes, WIDE);
             let held = if held.is_some() { held } else { self.held_of(lanes, &pixels) };
             match held.filter(|_| !is_wide) {
-                Some(held) => self.find(lanes, first, &pixels, held, &mut scratch.listed),
-                None => self.find_one_by_one(lanes, first, &pixels, &mut scratch.listed),
+                Some(held) => self.find(lanes, first, &pixels, held, listed),
+                None => self.find_one_by_one(lanes, first, &pixels, listed),
             }
         }
     }
@@ -140,13 +150,9 @@ impl OfTuple<'_> {
         self.held(lanes, [x0 + ox, x1 + ox, y0 + oy, y1 + oy])
     }
 
-    /// The pixels whose place for the tuple is in the boxes of the quads from `first` on, those that are `active`.
+    /// The pixels whose place for the tuple is in the boxes of quads with corners `at`, those that are `active`.
     #[inline(always)]
-    fn pixels<L: Lanes>(&self, lanes: L, scratch: &Scratch, first: usize, active: u32) -> Pixels<L> {
-        let mut at = [lanes.splat(0); 4];
-        for (at, corner) in at.iter_mut().zip(self.of_shape.corners) {
-            *at = lanes.load(&scratch.at, first + corner);
-        }
+    fn pixels<L: Lanes>(&self, lanes: L, at: [L::I; 4], active: u32) -> Pixels<L> {
         let least = lanes.min2(lanes.min2(at[0], at[1]), lanes.min2(at[2], at[3]));
         let most = lanes.max2(lanes.max2(at[0], at[1]), lanes.max2(at[2], at[3]));
         // Not before the least, before the greatest position, in the region.
@@ -181,16 +187,18 @@ impl OfTuple<'_> {
         let below = lanes.and(lanes.and(below, columns), lanes.sub(zero, steps_y));
         let mut left = lanes.or(here, lanes.shl(below, 2));
         let table = lanes.load(&LOWEST, 0);
+        let mut room = listed.room(4 * LANES);
         // Whether anything is found is hard to predict, so that nothing is left out the first time.
         loop {
             let found = 0xffff & !lanes.bits(lanes.eq(left, zero));
             let pixel = lanes.add2(pixels.first, lanes.lookup(table, left));
-            listed.add(lanes, quads, pixel, found);
+            room.add(lanes, quads, pixel, found);
             left = lanes.and(left, lanes.sub(left, one));
             if lanes.bits(lanes.eq(left, zero)) == 0xffff {
-                return;
+                break;
             }
         }
+        listed.len = room.len;
     }
 
     /// Lists those of the pixels that hold the tuple.
@@ -213,6 +221,7 @@ impl OfTuple<'_> {
             let here = lanes.select(lanes.gt(steps_y, lanes.splat(y - 1)), here, zero);
             let below = lanes.select(lanes.gt(steps_y, lanes.splat(y)), below, zero);
             let mut left = lanes.or(here, lanes.shl(below, 16));
+            let mut room = listed.room(2 * MOST_COLUMNS as usize * LANES);
             // Whether anything is found is hard to predict, so that nothing is left out the first time.
             loop {
                 let found = 0xffff & !lanes.bits(lanes.eq(left, zero));
@@ -224,11 +233,12 @@ impl OfTuple<'_> {
                 let (x, is_below) = (lanes.and(number, lanes.splat(15)), lanes.and(number, lanes.splat(16)));
                 let pixel = lanes.add2(pixels.first, lanes.or(x, lanes.shl(is_below, 12)));
                 let pixel = lanes.add2(pixel, lanes.splat(y << 16));
-                listed.add(lanes, quads, pixel, found);
+                room.add(lanes, quads, pixel, found);
                 if lanes.bits(lanes.eq(left, zero)) == 0xffff {
                     break;
                 }
             }
+            listed.len = room.len;
             y += 2;
             if lanes.bits(lanes.gt(steps_y, lanes.splat(y - 1))) == 0 {
                 return;
@@ -254,7 +264,9 @@ impl OfTuple<'_> {
                 let [column, bit] = [(x + ox) / WORD_STEP_PX, (x + ox) % WORD_STEP_PX];
                 let word = self.rows.column(self.place_in_time, column as usize)[(y + oy) as usize];
                 if word >> bit & 1 != 0 {
-                    listed.add(lanes, quads, lanes.splat(pair(x, y)), 1 << lane);
+                    let mut room = listed.room(1);
+                    room.add(lanes, quads, lanes.splat(pair(x, y)), 1 << lane);
+                    listed.len = room.len;
                 }
             }
         }

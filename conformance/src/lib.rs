@@ -12,4 +12,5 @@ pub mod moving;
 pub mod occlusion_scenes;
 pub mod scenes;
 pub mod shapes;
+pub mod sizes;
 pub mod torus;

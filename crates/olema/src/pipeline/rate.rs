@@ -21,10 +21,14 @@ pub const MAX_LEVEL: u8 = 16;
 /// Most segments of one edge.
 const MAX_SEGMENTS: f32 = 1_048_576.0;
 
+/// Area in units of the shading rate of a micropolygon that faces the camera. Those at a slant have less, as their sides
+/// keep their lengths on the raster but no longer meet at right angles: on closed surfaces 0.76 to 0.82 of it on average.
+const FACING_AREA: f32 = 1.2;
+
 /// How finely something is diced.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fineness {
-    /// Area of a micropolygon in pixels.
+    /// Area of a micropolygon in pixels, on average over a surface that is seen at all slants.
     pub shading_rate: f32,
     /// How much motion coarsens it ([`crate::scene::Attributes::motion_factor`]).
     pub motion_factor: f32,
@@ -42,12 +46,12 @@ impl Fineness {
         }
     }
 
-    /// Side of a micropolygon in pixels, for points that move at least `motion_px` and whose circles of confusion
-    /// have at least the diameter `focus_px`.
+    /// Side of a micropolygon in pixels on the raster, for points that move at least `motion_px` and whose circles of
+    /// confusion have at least the diameter `focus_px`.
     fn side_px(&self, blur: Blur) -> f32 {
         let motion = 1.0 + self.motion_factor * blur.motion_px / BLUR_UNIT_PX;
         let focus = 1.0 + self.focus_factor * blur.focus_px / BLUR_UNIT_PX;
-        (self.shading_rate * motion * focus).sqrt()
+        (FACING_AREA * self.shading_rate * motion * focus).sqrt()
     }
 
     /// The same for points at several keys.

@@ -33,6 +33,10 @@ pub enum Fate {
     Split([Piece; 2]),
 }
 
+/// Micropolygons that a cut must save where opposite sides have different numbers of segments. A grid more costs as much
+/// time as some 16; the rest is for micropolygons that are as large as the shading rate says.
+const TAPER_MICROPOLYGONS: u32 = 8;
+
 /// What splitting needs to know of the frame; one a worker.
 pub struct SplitContext<'a> {
     /// Patches.
@@ -222,6 +226,9 @@ impl<'a> SplitContext<'a> {
             let along_u = if u_segments < 2 { false } else { v_segments < 2 || m >= n };
             return Fate::Split(self.cut(piece, along_u));
         }
+        if let Some(along_u) = tapers(piece, [m, n]).filter(|_| !deep) {
+            return Fate::Split(self.cut(piece, along_u));
+        }
         let [m, n] = [m, n].map(|s| s as u16);
         let lattice = Piece { kind: PieceKind::Lattice { m, n, i: [0, m], j: [0, n] }, ..*piece };
         self.lattice_fate(&lattice, [m, n], [0, m], [0, n])
@@ -308,6 +315,19 @@ impl<'a> SplitContext<'a> {
         let uv = self.line_uv(patch, side.line, numerator, denominator);
         (if side.reversed { [upper, lower] } else { [lower, upper] }, point, uv)
     }
+}
+
+/// Whether a lattice of `size` has many micropolygons that only one of two opposite sides asks for, and if so whether the
+/// piece is to be cut across its bottom and top. Halves between the ends of the sides that differ differ half as much.
+fn tapers(piece: &Piece, [m, n]: [u32; 2]) -> Option<bool> {
+    let [bottom, right, top, left] = piece.sides.map(|side| side.segments());
+    let saved = |[a, b]: [u32; 2], [c, d]: [u32; 2], lines: u32| match c.max(d) >= 2 {
+        true => a.abs_diff(b).saturating_mul(lines) / 4,
+        false => 0,
+    };
+    let across_v = saved([bottom, top], [left, right], n);
+    let across_u = saved([left, right], [bottom, top], m);
+    (across_u.max(across_v) > TAPER_MICROPOLYGONS).then_some(across_u > across_v)
 }
 
 /// Segments of the longer of the sides along u, and along v.

@@ -17,7 +17,7 @@ use crate::geometry::lanes::SLACK;
 use crate::math::Vec3s;
 use crate::math::simd::SimdLevel;
 
-use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, quad_uv};
+use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, quad_uv, snapped};
 use super::split::SplitContext;
 
 /// Places on one patch; used again for every grid.
@@ -289,15 +289,6 @@ impl Lattice {
         // A rounding beyond the patch still counts as on it.
         uv.iter().all(|&c| (-1e-5..=1.0 + 1e-5).contains(&c)).then(|| uv.map(|c| c.clamp(0.0, 1.0)))
     }
-}
-
-/// Vertex round(line * segments / lines) of a side: every edge vertex is hit, in order, some of them twice.
-fn snapped(line: u16, lines: u16, segments: u32) -> u32 {
-    if u32::from(lines) == segments {
-        return line.into();
-    }
-    let (line, lines, segments) = (u64::from(line), u64::from(lines), u64::from(segments));
-    ((2 * line * segments + lines) / (2 * lines)) as u32
 }
 
 /// Whether the patch goes on beyond a side of a block.

@@ -127,21 +127,47 @@ pub fn quad_uv(uv: &[[f32; 2]; 4], a: f32, b: f32) -> [f32; 2] {
     })
 }
 
-/// Smallest box in (u, v) that holds the piece: `[u0, u1]`, `[v0, v1]`.
+/// Smallest box in (u, v) that holds the piece's vertices: `[u0, u1]`, `[v0, v1]`. A block of a lattice has vertices of the
+/// quad's sides where these have them, which is not where its own lines end.
 pub fn uv_box(piece: &Piece) -> ([f32; 2], [f32; 2]) {
-    let corners = match piece.kind {
-        PieceKind::Quad => piece.uv,
-        PieceKind::Lattice { m, n, i, j } => {
-            let at =
-                |i: u16, j: u16| quad_uv(&piece.uv, f32::from(i) / f32::from(m), f32::from(j) / f32::from(n));
-            [at(i[0], j[0]), at(i[1], j[0]), at(i[0], j[1]), at(i[1], j[1])]
+    let mut ranges = [[1.0f32, 0.0f32]; 2];
+    let mut include = |uv: [f32; 2]| {
+        for (range, c) in ranges.iter_mut().zip(uv) {
+            *range = [range[0].min(c), range[1].max(c)];
         }
     };
-    let range = |c: usize| {
-        let values = corners.map(|uv| uv[c]);
-        [values.into_iter().fold(1.0, f32::min), values.into_iter().fold(0.0, f32::max)]
-    };
-    (range(0), range(1))
+    match piece.kind {
+        PieceKind::Quad => piece.uv.into_iter().for_each(include),
+        PieceKind::Lattice { m, n, i, j } => {
+            for (column, row) in i.into_iter().flat_map(|column| j.map(|row| (column, row))) {
+                include(quad_uv(&piece.uv, f32::from(column) / f32::from(m), f32::from(row) / f32::from(n)));
+            }
+            let part = |side: usize, line: u16, lines: u16| {
+                let segments = piece.sides[side].segments();
+                snapped(line, lines, segments) as f32 / segments.max(1) as f32
+            };
+            for (side, is_there, b) in [(0, j[0] == 0, 0.0), (2, j[1] == n, 1.0)] {
+                for column in i.into_iter().filter(|_| is_there) {
+                    include(quad_uv(&piece.uv, part(side, column, m), b));
+                }
+            }
+            for (side, is_there, a) in [(3, i[0] == 0, 0.0), (1, i[1] == m, 1.0)] {
+                for row in j.into_iter().filter(|_| is_there) {
+                    include(quad_uv(&piece.uv, a, part(side, row, n)));
+                }
+            }
+        }
+    }
+    (ranges[0], ranges[1])
+}
+
+/// Vertex round(line * segments / lines) of a side: every edge vertex is hit, in order, some of them twice.
+pub fn snapped(line: u16, lines: u16, segments: u32) -> u32 {
+    if u32::from(lines) == segments {
+        return line.into();
+    }
+    let (line, lines, segments) = (u64::from(line), u64::from(lines), u64::from(segments));
+    ((2 * line * segments + lines) / (2 * lines)) as u32
 }
 
 /// Rules that keep surfaces watertight, each of which the crack test breaks once to show that it would notice.

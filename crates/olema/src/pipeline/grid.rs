@@ -132,8 +132,7 @@ impl Grid {
 
     /// When a sample of `region` can see it; `None` where none can.
     pub fn meets(&self, region: Region) -> Option<TimeRange> {
-        let Region { x0, x1, y0, y1 } = region;
-        self.sweep.meets([x0, x1, y0, y1].map(|px| px as f32))
+        self.sweep.meets_region(&region)
     }
 
     /// Whether it moves or is out of focus.

@@ -31,6 +31,7 @@ pub mod primvar;
 pub mod rate;
 pub mod reach;
 pub mod recall;
+pub mod recent;
 pub mod resolve;
 pub mod sample;
 pub mod shade;

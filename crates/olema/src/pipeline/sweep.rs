@@ -9,6 +9,7 @@ use glam::{Vec3, Vec4};
 use crate::geometry::RasterCamera;
 use crate::geometry::camera::GUARD_BAND_PX;
 use crate::occlusion::Bounds;
+use crate::sampling::Region;
 use crate::sampling::pattern::StratumBounds;
 
 /// A part of the shutter, both ends inclusive: 0 is open, 1 closed.
@@ -124,6 +125,21 @@ impl Sweep {
         Sweep { first, more }
     }
 
+    /// Appends the extents at `key_times` to `extents` if [`Self::of_keys`] makes the same of them again; whether it does.
+    pub fn list_keys(&self, key_times: &[f32], extents: &mut Vec<Extent>) -> bool {
+        let first = extents.len();
+        extents.extend(self.first.iter().map(|segment| segment.ends[0]));
+        if key_times.len() > 1 {
+            extents.extend(self.segments().map(|segment| segment.ends[1]));
+        }
+        let listed = &extents[first..];
+        let is_same = listed.len() == key_times.len() && Sweep::of_keys(listed, key_times) == *self;
+        if !is_same {
+            extents.truncate(first);
+        }
+        is_same
+    }
+
     #[inline(always)]
     fn segments(&self) -> impl Iterator<Item = &Segment> {
         self.first.iter().chain(&self.more)
@@ -188,10 +204,24 @@ impl Sweep {
         self.first.as_ref().map_or(NOWHERE, |segment| segment.ends[0].in_focus)
     }
 
+    /// Its largest width and height at any one time and in focus.
+    pub fn size(&self) -> [f32; 2] {
+        let ends = self.segments().flat_map(|segment| &segment.ends);
+        ends.fold([0.0; 2], |most: [f32; 2], Extent { in_focus: [x0, x1, y0, y1], .. }| {
+            [most[0].max(x1 - x0), most[1].max(y1 - y0)]
+        })
+    }
+
     /// The box that holds it at all times; upside down for one that is nowhere.
     pub fn whole(&self) -> [f32; 4] {
         let ends = self.segments().flat_map(|segment| &segment.ends);
         ends.fold(NOWHERE, |all, end| union(&all, &end.blurred()))
+    }
+
+    /// The time in which it can meet a region of pixels, if it does.
+    pub fn meets_region(&self, region: &Region) -> Option<TimeRange> {
+        let Region { x0, x1, y0, y1 } = *region;
+        self.meets([x0, x1, y0, y1].map(|px| px as f32))
     }
 
     /// The time in which it can meet the closed rectangle `[x0, x1, y0, y1]`, if it does.

@@ -15,7 +15,7 @@ use crate::pipeline::bound::{Bound, Unseen, bound};
 use crate::pipeline::connect::connect;
 use crate::pipeline::dice::PrimitiveInfo;
 use crate::pipeline::displace::{Corrections, DisplaceContext, widen};
-use crate::pipeline::motion::{KeyTimes, scene_time, welded};
+use crate::pipeline::motion::{KeyTimes, own_times, scene_time, welded};
 use crate::pipeline::patch::Surfaces;
 use crate::pipeline::patchify::patchify;
 use crate::pipeline::piece::Sabotage;
@@ -323,12 +323,13 @@ fn connected(
         Some(Sabotage::KeyTimes) => alone.clone(),
         _ => welded(scene, patches, edges),
     };
-    let mut times = KeyTimes::of_file(scene, &alone);
+    let own = own_times(scene);
+    let mut times = KeyTimes::of_file(&own, &alone);
     if times.of_primitive.windows(2).any(|pair| pair[0] != pair[1]) {
         // Different times: what touches as the shutter opens may be welded, and is given the times of both.
         let (mut patches, _) = patchify(scene, &KeyTimes::still(scene));
         let edges = connect(&mut patches, fineness);
-        times = KeyTimes::of_file(scene, &welded(&patches, &edges));
+        times = KeyTimes::of_file(&own, &welded(&patches, &edges));
     }
     let (mut patches, mut warnings) = patchify(scene, &times);
     let edges = connect(&mut patches, fineness);
@@ -339,7 +340,7 @@ fn connected(
         return (patches, edges, warnings);
     }
     let welded = welded(&patches, &edges);
-    let (refined, coarse) = KeyTimes::of_file(scene, &welded).refined(scene, camera, settings, &welded);
+    let (refined, coarse) = KeyTimes::of_file(&own, &welded).refined(scene, camera, settings, &welded);
     for (primitive, error) in coarse {
         let name = scene.primitives[primitive as usize].object_name(primitive as usize);
         warnings.push(format!(

@@ -13,9 +13,10 @@ use crate::math::lanes::Lanes;
 use crate::math::simd::{LanesKernel, SimdLevel};
 use crate::sampling::Region;
 
+use super::key_extent::{KeyExtent, sweep};
 use super::piece::{Piece, uv_box};
 use super::split::SplitContext;
-use super::sweep::{KeyExtent, Sweep, grown, sweep, to_pixels};
+use super::sweep::{Sweep, grown, to_pixels};
 
 /// Where a piece can be.
 #[derive(Debug, Clone, PartialEq)]

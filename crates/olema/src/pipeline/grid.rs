@@ -9,7 +9,8 @@ use crate::geometry::place_lanes::Reach;
 use crate::sampling::Region;
 use crate::scene::{ShadingInterpolation, Sides};
 
-use super::sweep::{Extent, KeyExtent, Sweep, TimeRange, sweep};
+use super::key_extent::{KeyExtent, sweep};
+use super::sweep::{Extent, Sweep, TimeRange};
 
 /// More than the rounding of positions: each of their terms is rounded to 1/256 of a pixel.
 const ROUNDING_PX: f32 = 1.0 / 64.0;

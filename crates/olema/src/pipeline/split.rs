@@ -16,8 +16,8 @@ use std::sync::Arc;
 use crate::geometry::RasterCamera;
 
 use super::bound::Hulls;
-use super::connect::{EdgeTable, Part};
 use super::dice::PrimitiveInfo;
+use super::edges::{EdgeTable, Part};
 use super::measure::Places;
 use super::patch::{CORNER_UV, Patch, PatchTable, Surfaces, side_uv};
 use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, parameter};

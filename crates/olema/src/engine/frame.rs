@@ -15,7 +15,7 @@ use crate::pipeline::bound::{Bound, Unseen, bound};
 use crate::pipeline::connect::connect;
 use crate::pipeline::dice::PrimitiveInfo;
 use crate::pipeline::displace::{Corrections, DisplaceContext, widen};
-use crate::pipeline::motion::{KeyTimes, scene_time, welded};
+use crate::pipeline::motion::{KeyTimes, own_times, scene_time, welded};
 use crate::pipeline::patch::Surfaces;
 use crate::pipeline::patchify::patchify;
 use crate::pipeline::piece::Sabotage;
@@ -24,6 +24,7 @@ use crate::pipeline::resolve::FilterTable;
 use crate::pipeline::sample::DrawContext;
 use crate::pipeline::shade::Shader;
 use crate::pipeline::split::{Fate, SplitContext};
+use crate::pipeline::sweep::Sweep;
 use crate::pipeline::workspace::Workspace;
 use crate::pipeline::{EdgeTable, PatchTable};
 use crate::sampling::{Kernels, LensShape, PatternSpec, Region, SamplePattern, ShutterShape, TupleTimes};
@@ -32,7 +33,7 @@ use crate::settings::Settings;
 use crate::shading::PlacedLight;
 use crate::stats::Stats;
 
-use super::filed::{Entry, Filed, Source};
+use super::filed::Filed;
 use super::tiles::Tiles;
 use super::{Hooks, Stopwatch};
 
@@ -149,6 +150,7 @@ impl<'a> FrameData<'a> {
             sabotage: self.sabotage,
             places: RefCell::default(),
             hulls: RefCell::default(),
+            judged: RefCell::default(),
         }
     }
 
@@ -168,9 +170,9 @@ impl<'a> FrameData<'a> {
         self.camera.lens.is_some() || self.patches.times.any_moves()
     }
 
-    /// The last tile that something that is bounded meets, if it meets several.
-    pub fn last_of_several_tiles(&self, bounds: &Bound) -> Option<usize> {
-        let mut touched = self.tiles.touched(bounds);
+    /// The last tile that something meets, if it meets several.
+    pub fn last_of_several_tiles(&self, sweep: &Sweep) -> Option<usize> {
+        let mut touched = self.tiles.touched(sweep);
         touched.next()?;
         touched.last()
     }
@@ -215,18 +217,9 @@ impl<'a> FrameData<'a> {
         if hooks.is_cancelled() {
             return None;
         }
-        let mut filed = Filed::default();
+        let mut filed = Filed::with_room(chunks.iter().map(|chunk| &chunk.0));
         for (chunk, chunk_stats) in chunks {
-            let (first_piece, first_entry) = (filed.pieces.len() as u32, filed.entries.len() as u32);
-            filed.pieces.extend(chunk.pieces);
-            filed.touches.extend(chunk.touches.into_iter().map(|(tile, entry)| (tile, entry + first_entry)));
-            filed.entries.extend(chunk.entries.into_iter().map(|entry| Entry {
-                source: match entry.source {
-                    Source::Piece(ix) => Source::Piece(ix + first_piece),
-                    whole => whole,
-                },
-                ..entry
-            }));
+            filed.append(chunk);
             stats.add(&chunk_stats);
         }
         filed.sort_into(self.tiles.len());
@@ -240,16 +233,14 @@ impl<'a> FrameData<'a> {
         region: Region,
         (filed, stats): &mut (Filed, Stats),
     ) {
-        let Filed { entries, pieces, touches, .. } = filed;
+        let key_times = &self.patches.times.sets[self.patches.patches[patch as usize].motion as usize];
         let limit = self.tiles.side as f32;
         let mut stack = vec![context.whole(patch)];
-        let (first_entry, first_piece, first_touch) = (entries.len(), pieces.len(), touches.len());
+        let before = filed.mark();
         let mut at_eye = 0;
         while let Some(piece) = stack.pop() {
             if at_eye > MOST_AT_EYE {
-                entries.truncate(first_entry);
-                pieces.truncate(first_piece);
-                touches.truncate(first_touch);
+                filed.forget_since(before);
                 let ix = self.patches.patches[patch as usize].primitive as usize;
                 let name = self.scene.primitives[ix].object_name(ix);
                 stats.warnings.push(format!(
@@ -263,22 +254,14 @@ impl<'a> FrameData<'a> {
             };
             at_eye += weight_at_eye(&bounds);
             // Neither motion nor defocus is a reason to split.
-            let small = bounds.size_px.iter().all(|&size| size < limit);
+            let small = bounds.size_px(&region).iter().all(|&size| size < limit);
             if !small && let Fate::Split(halves) = context.fate(&piece) {
                 stats.splits += 1;
                 stack.extend(halves);
                 continue;
             }
-            let source = if piece.path == 1 {
-                Source::Patch(patch)
-            } else {
-                pieces.push(piece);
-                Source::Piece(pieces.len() as u32 - 1)
-            };
-            let entry = entries.len() as u32;
-            let tiles = self.tiles.touched(&bounds);
-            touches.extend(tiles.map(|tile| (tile as u32, entry)));
-            entries.push(Entry { source, near: bounds.depth[0] });
+            let tiles = self.tiles.touched(&bounds.sweep);
+            filed.push(&piece, &bounds, key_times, context.is_surely_split(&piece), tiles);
         }
     }
 }
@@ -340,12 +323,13 @@ fn connected(
         Some(Sabotage::KeyTimes) => alone.clone(),
         _ => welded(scene, patches, edges),
     };
-    let mut times = KeyTimes::of_file(scene, &alone);
+    let own = own_times(scene);
+    let mut times = KeyTimes::of_file(&own, &alone);
     if times.of_primitive.windows(2).any(|pair| pair[0] != pair[1]) {
         // Different times: what touches as the shutter opens may be welded, and is given the times of both.
         let (mut patches, _) = patchify(scene, &KeyTimes::still(scene));
         let edges = connect(&mut patches, fineness);
-        times = KeyTimes::of_file(scene, &welded(&patches, &edges));
+        times = KeyTimes::of_file(&own, &welded(&patches, &edges));
     }
     let (mut patches, mut warnings) = patchify(scene, &times);
     let edges = connect(&mut patches, fineness);
@@ -356,7 +340,7 @@ fn connected(
         return (patches, edges, warnings);
     }
     let welded = welded(&patches, &edges);
-    let (refined, coarse) = KeyTimes::of_file(scene, &welded).refined(scene, camera, settings, &welded);
+    let (refined, coarse) = KeyTimes::of_file(&own, &welded).refined(scene, camera, settings, &welded);
     for (primitive, error) in coarse {
         let name = scene.primitives[primitive as usize].object_name(primitive as usize);
         warnings.push(format!(

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use crate::pipeline::Piece;
 use crate::pipeline::bound::Bound;
 
-use super::filed::{Entry, Source};
+use super::filed::Filed;
 
 /// Pieces that wait in order of depth. Where there are more, new ones are taken first, so that the queue grows no longer
 /// than one is deep: pictures do not depend on the order.
@@ -20,22 +20,22 @@ pub(super) struct Queue {
 
 /// Something to do.
 pub(super) enum Work {
-    /// As the front end filed it.
-    Filed(Source),
+    /// An entry as the front end filed it.
+    Filed(u32),
     /// Cut here, and bounded.
     Piece(Box<(Piece, Bound)>),
 }
 
 impl Queue {
-    /// A queue of what was filed.
-    pub fn new<'f>(filed: impl Iterator<Item = &'f Entry>) -> Self {
-        let queued = |entry: &Entry| Queued { near: entry.near, work: Work::Filed(entry.source) };
-        Queue { waiting: filed.map(queued).collect(), num_pieces: 0 }
+    /// A queue of what was filed for a tile.
+    pub fn new(filed: &Filed, tile: usize) -> Self {
+        let queued = |&ix: &u32| Queued { near: filed.entry(ix).near, work: Work::Filed(ix) };
+        Queue { waiting: filed.of_tile(tile).iter().map(queued).collect(), num_pieces: 0 }
     }
 
     /// Adds a piece.
     pub fn push(&mut self, piece: Piece, bounds: Bound) {
-        let near = if self.num_pieces < MOST_WAITING { bounds.depth[0] } else { f32::NEG_INFINITY };
+        let near = if self.num_pieces < MOST_WAITING { bounds.near } else { f32::NEG_INFINITY };
         self.num_pieces += 1;
         self.waiting.push(Queued { near, work: Work::Piece(Box::new((piece, bounds))) });
     }

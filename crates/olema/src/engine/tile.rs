@@ -1,43 +1,38 @@
 //! One tile: what may be seen in it is split, diced, shaded and drawn, nearest first, then resolved.
 
+mod pass;
+
 use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::occlusion::{CullPlan, Occluders};
+use crate::occlusion::Occluders;
+use crate::pipeline::GridKey;
 use crate::pipeline::areas::count_areas;
-use crate::pipeline::bound::{Bound, bound};
 use crate::pipeline::dice::dice;
 use crate::pipeline::displace::Corrections;
 use crate::pipeline::piece::{Piece, PieceKind};
+use crate::pipeline::recent::Recent;
 use crate::pipeline::resolve::{Pixel, SampleColors};
 use crate::pipeline::sample::TileBuffers;
 use crate::pipeline::shade::{Colors, ShadeLists, ShadedCount, ShadedGrid, VertexSet};
 use crate::pipeline::slots::{GridSlots, UsedVertices};
-use crate::pipeline::split::{Fate, SplitContext};
+use crate::pipeline::split::{JUDGED_LOG, SplitContext};
 use crate::pipeline::sweep::{Sweep, to_pixels};
 use crate::pipeline::workspace::Workspace;
-use crate::pipeline::{Grid, GridKey};
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
 use crate::settings::Shade;
-use crate::stats::{Occlusion, OcclusionAt, Stats};
+use crate::stats::Stats;
 
 use super::cache::{GridCache, Lookup};
-use super::filed::{Filed, Source};
-use super::frame::{FrameData, MOST_AT_EYE, count_unseen, weight_at_eye};
-use super::queue::{Queue, Work};
+use super::filed::Filed;
+use super::frame::FrameData;
 use super::{Hooks, Stopwatch};
-
-/// Grids drawn between two looks for grids that nothing needs any more.
-const DRAWN_BETWEEN_CLEANUPS: usize = 4096;
 
 /// Bytes of a vertex's shading variables and colours, and of its place at one motion key.
 const VERTEX_BYTES: u64 = 4 * 12 + 6 * 4 + 16;
 const KEY_BYTES: u64 = 16;
-
-/// A grid whose box takes this part of its piece's may be hidden where the piece was not.
-const CLEARLY_LESS: f32 = 0.75;
 
 /// A pixel whose filter finds nothing.
 const EMPTY_PIXEL: Pixel = [0.0, 0.0, 0.0, 0.0, f32::INFINITY];
@@ -87,7 +82,7 @@ impl<'a> TileWorker<'a> {
         };
         TileWorker {
             frame,
-            context: frame.context(),
+            context: SplitContext { judged: RefCell::new(Recent::new(JUDGED_LOG)), ..frame.context() },
             filed,
             cache,
             hooks,
@@ -117,7 +112,7 @@ impl<'a> TileWorker<'a> {
     }
 
     fn draw_whole(&mut self, tile: usize, interior: Region) -> Result<Vec<Pixel>, Error> {
-        if self.filed.of_tile(tile).next().is_none() {
+        if self.filed.of_tile(tile).is_empty() {
             let mut pixels = vec![EMPTY_PIXEL; interior.num_pixels()];
             self.finish(&mut pixels);
             return Ok(pixels);
@@ -195,113 +190,10 @@ impl<'a> TileWorker<'a> {
         Ok(())
     }
 
-    /// Takes the tile's pieces nearest first, and cuts or draws each.
-    fn pass(&mut self, tile: usize, region: Region) -> Result<(), Stop> {
-        let mut queue = Queue::new(self.filed.of_tile(tile));
-        let (mut drawn, mut at_eye) = (0, 0);
-        while let Some(work) = queue.pop() {
-            if self.hooks.is_cancelled() {
-                return Err(Stop::Cancelled);
-            }
-            let watch = Stopwatch::new(self.hooks);
-            let Some((piece, bounds)) = self.bounded(work, region) else {
-                self.stats.seconds.split += watch.seconds();
-                continue;
-            };
-            self.stats.seconds.split += watch.seconds();
-            if self.is_hidden_before_cut(&piece, &bounds) {
-                continue;
-            }
-            at_eye += weight_at_eye(&bounds);
-            if at_eye > MOST_AT_EYE {
-                let warning =
-                    "too many pieces pass the eye in one tile; the rest of them is not drawn".to_owned();
-                if !self.stats.warnings.contains(&warning) {
-                    self.stats.warnings.push(warning);
-                }
-                continue;
-            }
-            let watch = Stopwatch::new(self.hooks);
-            match self.context.fate(&piece) {
-                Fate::Split(halves) => {
-                    self.stats.splits += 1;
-                    for half in halves {
-                        let bounds = bound(&self.context, &half, &region);
-                        if let Some(bounds) = count_unseen(bounds, &mut self.stats) {
-                            queue.push(half, bounds);
-                        }
-                    }
-                    self.stats.seconds.split += watch.seconds();
-                }
-                Fate::Dice(piece) => {
-                    self.stats.seconds.split += watch.seconds();
-                    self.draw_piece(&piece, &bounds)?;
-                    drawn += 1;
-                    if drawn % DRAWN_BETWEEN_CLEANUPS == 0 {
-                        self.buffers.drop_hidden_grids();
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// A piece from the queue, and where it can be.
-    fn bounded(&mut self, work: Work, region: Region) -> Option<(Piece, Bound)> {
-        let piece = match work {
-            Work::Piece(bounded) => return Some(*bounded),
-            Work::Filed(Source::Patch(patch)) => self.context.whole(patch),
-            Work::Filed(Source::Piece(ix)) => self.filed.pieces[ix as usize],
-        };
-        let bounds = count_unseen(bound(&self.context, &piece, &region), &mut self.stats)?;
-        Some((piece, bounds))
-    }
-
-    /// Whether a piece is hidden before it is split (where that is what surely comes) or diced.
-    fn is_hidden_before_cut(&mut self, piece: &Piece, bounds: &Bound) -> bool {
-        let Some(places) = self.frame.cull.as_ref().map(|plan: &CullPlan| plan.settings().at) else {
-            return false;
-        };
-        if self.context.is_surely_split(piece) {
-            places.split && self.is_hidden(&bounds.sweep, |occlusion| &mut occlusion.split)
-        } else {
-            places.dice && self.is_hidden(&bounds.sweep, |occlusion| &mut occlusion.dice)
-        }
-    }
-
-    /// Whether a grid is hidden before it is shaded, now that it is known where its vertices are. Where that is about as
-    /// much as was known of its piece, which was found to be seen just before, nobody asks again: of the torus one grid of
-    /// 400 was hidden then.
-    fn is_hidden_before_shading(&mut self, grid: &Grid, of_piece: &Bound) -> bool {
-        let Some(places) = self.frame.cull.as_ref().map(|plan| plan.settings().at) else {
-            return false;
-        };
-        let area = |sweep: &Sweep| {
-            let [x0, x1, y0, y1] = sweep.whole();
-            (x1 - x0) * (y1 - y0)
-        };
-        let knows_more = || area(&grid.sweep) < CLEARLY_LESS * area(&of_piece.sweep);
-        places.shade
-            && (!places.dice || knows_more())
-            && self.is_hidden(&grid.sweep, |occlusion| &mut occlusion.shade)
-    }
-
-    fn is_hidden(&mut self, sweep: &Sweep, place: fn(&mut Occlusion) -> &mut OcclusionAt) -> bool {
-        let Some(occluders) = &mut self.occluders else { return false };
-        let watch = Stopwatch::new(self.hooks);
-        let at = place(&mut self.stats.occlusion);
-        let TileBuffers { samples, nearest, .. } = &mut self.buffers;
-        let is_hidden = occluders.is_occluded(samples, nearest, |range| sweep.over(range), &mut at.reads);
-        at.queries += 1;
-        at.hidden += u64::from(is_hidden);
-        self.stats.seconds.cull += watch.seconds();
-        is_hidden
-    }
-
     /// Draws what a piece is diced to, shaded first where its opacity is not known without.
-    fn draw_piece(&mut self, piece: &Piece, bounds: &Bound) -> Result<(), Stop> {
-        let grid = self.grid(piece, bounds);
-        if self.is_hidden_before_shading(&grid.grid, bounds) {
+    fn draw_piece(&mut self, piece: &Piece, sweep: &Sweep) -> Result<(), Stop> {
+        let grid = self.grid(piece, sweep);
+        if self.is_hidden_before_shading(&grid.grid, sweep) {
             self.workspace.borrow_mut().let_go(grid);
             return Ok(());
         }
@@ -367,11 +259,11 @@ impl<'a> TileWorker<'a> {
     }
 
     /// The grid of a piece, made here or by another tile.
-    fn grid(&mut self, piece: &Piece, bounds: &Bound) -> Arc<ShadedGrid> {
+    fn grid(&mut self, piece: &Piece, sweep: &Sweep) -> Arc<ShadedGrid> {
         let PieceKind::Lattice { i, j, .. } = piece.kind else {
             unreachable!("only pieces with a lattice are diced");
         };
-        let Some(last_tile) = self.frame.last_of_several_tiles(bounds) else {
+        let Some(last_tile) = self.frame.last_of_several_tiles(sweep) else {
             return self.make(piece, false);
         };
         let patch = &self.frame.patches.patches[piece.patch as usize];

@@ -1,6 +1,6 @@
 //! The raster tiles of a frame: where they are, and which of them something meets.
 
-use crate::pipeline::Bound;
+use crate::pipeline::sweep::{Sweep, to_pixels};
 use crate::sampling::{Region, SamplePattern};
 use crate::settings::Settings;
 
@@ -69,15 +69,11 @@ impl Tiles {
         ]
     }
 
-    /// Tiles in which something that is bounded may be seen.
-    pub fn touched(&self, bounds: &Bound) -> impl Iterator<Item = usize> {
-        let [columns, rows] = self.range(bounds.pixels);
+    /// Tiles in which something may be seen.
+    pub fn touched(&self, sweep: &Sweep) -> impl Iterator<Item = usize> {
+        let [columns, rows] = self.range(to_pixels(sweep.whole()));
         let all = rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column));
-        all.filter(move |&tile| {
-            let Region { x0, x1, y0, y1 } = self.sample_region(self.interior(tile));
-            let rectangle = [x0, x1, y0, y1].map(|px| px as f32);
-            bounds.sweep.meets(rectangle).is_some()
-        })
+        all.filter(move |&tile| sweep.meets_region(&self.sample_region(self.interior(tile))).is_some())
     }
 }
 

@@ -106,6 +106,12 @@ impl RasterCamera {
     /// near or beyond the far plane or outside the guard band (the slow path).
     #[inline(always)]
     pub fn fixed(&self, p: Vec3) -> Option<[i32; 2]> {
+        self.fast_px(p).map(|[x, y]| [to_fixed(x), to_fixed(y)])
+    }
+
+    /// The same in pixels, not rounded.
+    #[inline(always)]
+    pub fn fast_px(&self, p: Vec3) -> Option<[f32; 2]> {
         if !(p.z >= self.near && p.z <= self.far) {
             return None;
         }
@@ -116,7 +122,7 @@ impl RasterCamera {
         if self.lens.is_some_and(|lens| lens.coc_px(p.z).abs() > GUARD_BAND_PX) {
             return None;
         }
-        Some([to_fixed(x), to_fixed(y)])
+        Some([x, y])
     }
 
     /// Signed radius of the circle of confusion at depth `z` above 0, in 1/256 pixels, at most [`GUARD_BAND_PX`];

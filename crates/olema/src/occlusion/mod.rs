@@ -31,6 +31,7 @@ pub mod pyramid;
 pub mod query;
 pub mod settings;
 pub mod slices;
+mod written;
 
 pub use occluders::{Blurred, CullPlan, Occluders};
 pub use pyramid::{Drawn, TzPyramid};

@@ -13,6 +13,7 @@ use super::pyramid::{Drawn, NodeKind, TzPyramid};
 use super::query::{Bounds, DepthReads};
 use super::settings::{CullKind, CullOrder, CullSettings};
 use super::slices::{SliceOrder, Slices};
+use super::written::WrittenLeaves;
 
 /// Why something may be seen at different places by different samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +62,7 @@ impl CullPlan {
 pub struct Occluders {
     pyramids: Vec<TzPyramid>,
     /// Leaves that were written, on their way from the buffer's marks to those of the pyramids.
-    written: Vec<[u32; 2]>,
+    written: WrittenLeaves,
     /// Holds every pixel that was drawn to since the last update; empty where the first is beyond the last.
     drawn: [i32; 4],
 }
@@ -76,7 +77,7 @@ impl Occluders {
         let leaf_px = plan.settings.leaf_px;
         let pyramids =
             plan.slices.iter().map(|slices| TzPyramid::new(Arc::clone(slices), kind, leaf_px)).collect();
-        Occluders { pyramids, written: Vec::new(), drawn: NO_PIXELS }
+        Occluders { pyramids, written: WrittenLeaves::default(), drawn: NO_PIXELS }
     }
 
     /// Begins anew for a region's samples, none of which was hit.
@@ -100,7 +101,7 @@ impl Occluders {
         // All have the same leaves.
         self.pyramids[0].list_written(buffer, self.drawn, &mut self.written);
         for pyramid in &mut self.pyramids {
-            self.written.iter().for_each(|&leaf| pyramid.mark(leaf));
+            self.written.leaves.iter().for_each(|&leaf| pyramid.mark(leaf));
         }
         buffer.clear_written();
         self.drawn = NO_PIXELS;

@@ -27,6 +27,7 @@ use crate::sampling::{Region, RegionSamples, SampleBuffer};
 use super::leaf::{LeafRows, NodeRect};
 use super::leaf_lanes::LeafKernel;
 use super::slices::Slices;
+use super::written::WrittenLeaves;
 
 /// What a node holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -52,7 +53,7 @@ pub struct TzPyramid {
     pub(super) slices: Arc<Slices>,
     pub(super) kind: NodeKind,
     leaf_px: i32,
-    region: Region,
+    pub(super) region: Region,
     /// Raster position of the first leaf's corner.
     origin: [i32; 2],
     /// From the leaves to the root.
@@ -178,26 +179,6 @@ impl TzPyramid {
         }
     }
 
-    /// Lists the leaves of `pixels`, `[x0, x1, y0, y1]`, inclusive, in which a record was written since the buffer's
-    /// marks were cleared. The box may reach beyond the region. A large box costs little where few samples in it were
-    /// hit, as those of fast things are.
-    pub(super) fn list_written(&self, buffer: &SampleBuffer, pixels: [i32; 4], leaves: &mut Vec<[u32; 2]>) {
-        debug_assert_eq!(buffer.region(), self.region);
-        leaves.clear();
-        let rect = self.leaves_of(pixels);
-        if rect.is_empty() {
-            return;
-        }
-        let samples_per_pixel = buffer.samples_per_pixel();
-        leaves.extend(rect.nodes().filter(|&leaf| {
-            let rows = self.samples_of_leaf(leaf, samples_per_pixel);
-            rows.ranges().any(|row| {
-                let blocks = row.start / SampleBuffer::BLOCK..=(row.end - 1) / SampleBuffer::BLOCK;
-                buffer.written()[blocks].iter().fold(false, |any, &written| any | written)
-            })
-        }));
-    }
-
     /// Marks a leaf and all above it as stale.
     #[inline(always)]
     pub(super) fn mark(&mut self, [mut x, mut y]: [u32; 2]) {
@@ -213,9 +194,9 @@ impl TzPyramid {
 
     /// Marks the leaves of `pixels`, inclusive, in which a record was written since the buffer's marks were cleared.
     pub fn update(&mut self, buffer: &SampleBuffer, pixels: [i32; 4]) {
-        let mut leaves = Vec::new();
-        self.list_written(buffer, pixels, &mut leaves);
-        leaves.into_iter().for_each(|leaf| self.mark(leaf));
+        let mut written = WrittenLeaves::default();
+        self.list_written(buffer, pixels, &mut written);
+        written.leaves.into_iter().for_each(|leaf| self.mark(leaf));
     }
 
     /// Makes a node's values right.
@@ -254,7 +235,7 @@ impl TzPyramid {
 
     /// Samples of a leaf, cut to the region.
     #[inline(always)]
-    fn samples_of_leaf(&self, leaf: [u32; 2], samples_per_pixel: usize) -> LeafRows {
+    pub(super) fn samples_of_leaf(&self, leaf: [u32; 2], samples_per_pixel: usize) -> LeafRows {
         let [px, py] = leaf.map(|n| n as i32 * self.leaf_px);
         let [px, py] = [px + self.origin[0], py + self.origin[1]];
         let [px0, px1] = [px.max(self.region.x0), (px + self.leaf_px).min(self.region.x1)];

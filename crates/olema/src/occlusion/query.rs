@@ -6,8 +6,9 @@
 //! nearest depth of that slice is not beyond the farthest depth kept. The walk decides exactly that, from
 //! coarse to fine, for trees and for slices alone: how it gets there changes only the number of reads.
 //!
-//! - It starts, as the paper says, at the level of space where one node is as large as the box of the first
-//!   slice, and the coarsest level of time over whose first range the box touches the same nodes.
+//! - It starts with the whole time, at the level of space where a node is as large as the box of all of it. The paper
+//!   starts with the box of the first slice, at the coarsest level of time over whose first range that touches the
+//!   same nodes; but most of what is hidden is behind all that is in its way, so that a few depths tell.
 //! - It goes one level down in space wherever it cannot tell, and one level down in time where at the new
 //!   level of space the box would be seen to move. At a spatial leaf the printed algorithm does not get on in
 //!   time unless something moves there, and calls itself for ever; here it goes down in time then. Each step
@@ -178,23 +179,14 @@ impl<F: FnMut(&StratumBounds) -> Bounds> Walk<'_, F> {
         })
     }
 
-    /// Space and time, from where the paper starts.
+    /// Space and time, from the whole time on.
     fn tree(&mut self) -> bool {
         let whole = self.bounds(1);
         if whole.leaves.is_empty() {
             return true;
         }
-        let num = self.pyramid.slices.num();
-        let mut first = if whole.still { 1 } else { num };
-        let of_first = self.bounds(first).leaves;
-        let level = self.level_of(if of_first.is_empty() { &whole.leaves } else { &of_first });
-        while first > 1 && self.bounds(first / 2).leaves.up(level) == of_first.up(level) {
-            first /= 2;
-        }
-        (first..2 * first).all(|range| {
-            let bounds = self.bounds(range);
-            self.is_hidden(level, range, bounds.leaves.up(level))
-        })
+        let level = self.level_of(&whole.leaves);
+        self.is_hidden(level, 1, whole.leaves.up(level))
     }
 
     /// Algorithm 2: the thing over the slices under `range`, in those of its nodes of `level` that are `within`.

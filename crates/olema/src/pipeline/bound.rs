@@ -13,26 +13,38 @@ use crate::math::lanes::Lanes;
 use crate::math::simd::{LanesKernel, SimdLevel};
 use crate::sampling::Region;
 
+use super::key_extent::{KeyExtent, sweep};
 use super::piece::{Piece, uv_box};
 use super::split::SplitContext;
-use super::sweep::{KeyExtent, Sweep, TimeRange, grown, sweep, to_pixels};
+use super::sweep::{Sweep, grown, to_pixels};
 
 /// Where a piece can be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
-    /// Pixels it can reach, `[x0, x1, y0, y1]`, inclusive, in full-frame raster space.
-    pub pixels: [i32; 4],
-    /// Nearest and farthest depth.
-    pub depth: [f32; 2],
+    /// Nearest depth.
+    pub near: f32,
     /// At how many of its keys it reaches in front of the near plane, out of how many.
     pub at_eye: [u32; 2],
-    /// Its largest width and height at any one time and in focus, in pixels; of the region where it
-    /// passes the near plane.
-    pub size_px: [f32; 2],
     /// When it can be where.
     pub sweep: Sweep,
-    /// When it can be seen by a sample of the region that was asked for.
-    pub times: TimeRange,
+}
+
+impl Bound {
+    /// Whether it is the same whatever region was asked for.
+    pub fn is_for_all_regions(&self) -> bool {
+        self.at_eye[0] == 0
+    }
+
+    /// Its largest width and height at any one time and in focus, in pixels; those of what of the region it can reach,
+    /// where it passes the near plane.
+    pub fn size_px(&self, region: &Region) -> [f32; 2] {
+        if self.at_eye[0] == 0 {
+            return self.sweep.size();
+        }
+        let (Region { x0, x1, y0, y1 }, whole) = (*region, to_pixels(self.sweep.whole()));
+        let within = [whole[0].max(x0), whole[1].min(x1 - 1), whole[2].max(y0), whole[3].min(y1 - 1)];
+        [within[1] - within[0], within[3] - within[2]].map(|size| size as f32)
+    }
 }
 
 /// Why a piece cannot be seen.
@@ -209,7 +221,6 @@ impl View<'_> {
         if held.inside.iter().any(|&inside| inside < -reach) {
             return Err(Unseen::Frustum);
         }
-        let crosses = depth[0] < self.camera.near;
         let grow =
             0.01 + if self.camera.perspective { slack_px / depth[0].max(self.camera.near) } else { slack_px };
         for key in keys.iter_mut() {
@@ -223,20 +234,10 @@ impl View<'_> {
         if whole[0] >= x1 || whole[1] < x0 || whole[2] >= y1 || whole[3] < y0 {
             return Err(Unseen::Frustum);
         }
-        let rectangle = [x0, x1, y0, y1].map(|px| px as f32);
-        let times = sweep.meets(rectangle).ok_or(Unseen::Frustum)?;
-        let size = |key: &KeyExtent| [key.raster[1] - key.raster[0], key.raster[3] - key.raster[2]];
-        let size_px = if crosses {
-            let within = [whole[0].max(x0), whole[1].min(x1 - 1), whole[2].max(y0), whole[3].min(y1 - 1)];
-            [0, 2].map(|axis| (within[axis + 1] - within[axis]) as f32)
-        } else {
-            keys.iter()
-                .map(size)
-                .fold([0.0; 2], |most: [f32; 2], size| [most[0].max(size[0]), most[1].max(size[1])])
-        };
+        sweep.meets_region(self.region).ok_or(Unseen::Frustum)?;
         let num_at_eye = keys.iter().filter(|key| key.least.z < self.camera.near).count();
         let at_eye = [num_at_eye as u32, keys.len() as u32];
-        Ok(Bound { pixels: whole, depth, at_eye, size_px, sweep, times })
+        Ok(Bound { near: depth[0], at_eye, sweep })
     }
 }
 

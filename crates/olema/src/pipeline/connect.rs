@@ -13,246 +13,47 @@ use glam::{Vec3, Vec4};
 
 use crate::geometry::Aabb;
 
-use crate::geometry::subdivision::{BaseQuad, CornerId, Piece};
 use crate::math::map::Map;
 
+use super::by_topology::ByTopology;
+use super::edges::{Along, Corner, Edge, EdgeTable, EdgeUse, Owner, Part};
 use super::known::Known;
 use super::patch::{Patch, PatchTable, SIDE_CORNERS, Shape};
 use super::rate::Fineness;
-use super::weld::KeyedWelder;
+use super::weld::{KeyedWelder, Latest};
 
 /// Points closer than this times the smaller patch's diagonal are one point.
 pub const WELD_TOLERANCE: f32 = 1e-5;
 
-/// How much of an edge a side of a patch is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Part {
-    /// All of it.
-    #[default]
-    Whole,
-    /// From its start to its middle.
-    First,
-    /// From its middle to its end.
-    Second,
-}
-
-/// How a side of a patch runs along an edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Along {
-    /// How much of the edge it is.
-    pub part: Part,
-    /// Whether it runs against the edge's direction.
-    pub reversed: bool,
-}
-
-impl Along {
-    /// The edge's parameter `numerator / denominator`, which must lie on the side, as one of the side.
-    pub fn own(self, numerator: u64, denominator: u64) -> (u64, u64) {
-        let along = match self.part {
-            Part::Whole => numerator,
-            Part::First => 2 * numerator,
-            Part::Second => 2 * numerator - denominator,
-        };
-        (if self.reversed { denominator - along } else { along }, denominator)
-    }
-
-    /// Whether the edge's parameter `numerator / denominator` lies on the side.
-    pub fn has(self, numerator: u64, denominator: u64) -> bool {
-        match self.part {
-            Part::Whole => true,
-            Part::First => 2 * numerator <= denominator,
-            Part::Second => 2 * numerator >= denominator,
-        }
-    }
-}
-
-/// A patch's use of an edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct EdgeUse {
-    /// Index of the edge.
-    pub edge: u32,
-    /// How the patch's side runs along it.
-    pub along: Along,
-}
-
-/// A side of a patch that runs along an edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Owner {
-    /// The patch.
-    pub patch: u32,
-    /// Its side.
-    pub side: u8,
-    /// How that runs along the edge.
-    pub along: Along,
-}
-
-/// Not known yet.
-const NOBODY: Owner = Owner { patch: u32::MAX, side: 0, along: Along { part: Part::Whole, reversed: false } };
-
-/// An edge, owned by one patch and shared by any number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Edge {
-    /// Owners of its first and second half; the same patch unless one that owns has only a half of it.
-    pub owners: [Owner; 2],
-    /// Whether some patch ends at its middle: it is halved before anything else then, for all of them.
-    pub halved: bool,
-    /// How many patches have it.
-    pub users: u32,
-    /// Corners at its start and end.
-    pub corners: [u32; 2],
-    /// The corner at its middle, where it is halved.
-    pub middle: u32,
-    /// Finest of its patches.
-    pub fineness: Fineness,
-}
-
-/// A corner, owned by one patch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Corner {
-    /// The patch whose point it is.
-    pub owner: u32,
-    /// The owner's corner.
-    pub corner: u8,
-    /// Finest shading rate of its patches.
-    pub shading_rate: f32,
-}
-
-/// A patch's corner.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct CornerUse {
-    /// The patch.
-    pub patch: u32,
-    /// Its corner.
-    pub corner: u8,
-}
-
-/// Edges and corners of all patches.
-#[derive(Debug, Default)]
-pub struct EdgeTable {
-    /// Edges, in the order of their owners.
-    pub edges: Vec<Edge>,
-    /// Corners, in the order of their owners.
-    pub corners: Vec<Corner>,
-    /// What was measured of them.
-    pub known: Known,
-    edge_users: Lists<Owner>,
-    corner_users: Lists<CornerUse>,
-}
-
-/// Lists of different lengths, end to end. Empty where nobody asks for them.
-#[derive(Debug, Clone, Default)]
-struct Lists<T> {
-    starts: Vec<u32>,
-    items: Vec<T>,
-}
-
-impl<T: Copy + Default> Lists<T> {
-    /// Sorts (list, item) pairs into lists; within a list the order stays.
-    fn new(num_lists: usize, pairs: impl Iterator<Item = (u32, T)> + Clone) -> Self {
-        let mut starts = vec![0u32; num_lists + 1];
-        pairs.clone().for_each(|(list, _)| starts[list as usize + 1] += 1);
-        for list in 0..num_lists {
-            starts[list + 1] += starts[list];
-        }
-        let mut next = starts.clone();
-        let mut items = vec![T::default(); starts[num_lists] as usize];
-        for (list, item) in pairs {
-            items[next[list as usize] as usize] = item;
-            next[list as usize] += 1;
-        }
-        Lists { starts, items }
-    }
-
-    fn get(&self, list: u32) -> &[T] {
-        match self.starts.get(list as usize..list as usize + 2) {
-            Some(range) => &self.items[range[0] as usize..range[1] as usize],
-            None => &[],
-        }
-    }
-}
-
-impl EdgeTable {
-    /// Edges that two or more patches share.
-    pub fn num_welds(&self) -> usize {
-        self.edges.iter().filter(|e| e.users > 1).count()
-    }
-
-    /// Notes who meets at each edge and corner, for those who displace.
-    pub fn list_users(&mut self, table: &PatchTable) {
-        let patches = || table.patches.iter().zip(0u32..);
-        let sides = patches().flat_map(|(patch, ix)| {
-            patch
-                .edges
-                .iter()
-                .zip(0u8..)
-                .map(move |(used, side)| (used.edge, Owner { patch: ix, side, along: used.along }))
-        });
-        let corners = patches().flat_map(|(patch, ix)| {
-            patch.corners.iter().zip(0u8..).map(move |(&id, corner)| (id, CornerUse { patch: ix, corner }))
-        });
-        self.edge_users = Lists::new(self.edges.len(), sides);
-        self.corner_users = Lists::new(self.corners.len(), corners);
-    }
-
-    /// Sides along an edge, in the order of their patches, once [`Self::list_users`] has run.
-    pub fn edge_users(&self, edge: u32) -> &[Owner] {
-        self.edge_users.get(edge)
-    }
-
-    /// Corners at a corner, in the order of their patches, once [`Self::list_users`] has run.
-    pub fn corner_users(&self, corner: u32) -> &[CornerUse] {
-        self.corner_users.get(corner)
-    }
-
-    fn corner(&mut self, known: Option<u32>, owner: u32, corner: usize, fineness: Fineness) -> u32 {
-        let shading_rate = fineness.shading_rate;
-        match known {
-            Some(ix) => {
-                let corner = &mut self.corners[ix as usize];
-                corner.shading_rate = corner.shading_rate.min(shading_rate);
-                ix
-            }
-            None => {
-                self.corners.push(Corner { owner, corner: corner as u8, shading_rate });
-                self.corners.len() as u32 - 1
-            }
-        }
-    }
-
-    fn use_edge(&mut self, edge: u32, fineness: Fineness) {
-        let edge = &mut self.edges[edge as usize];
-        edge.users += 1;
-        edge.fineness = edge.fineness.finest(fineness);
-    }
-}
-
 /// Connects all patches of `table`; `fineness[primitive]` is each primitive's. Patches with control points are
 /// welded by what these are at all keys, base quads of a mesh by its topology.
 pub fn connect(table: &mut PatchTable, fineness: &[Fineness]) -> EdgeTable {
+    let by_points = ByPoints::new(table);
+    connect_with(table, fineness, by_points)
+}
+
+fn connect_with(table: &mut PatchTable, fineness: &[Fineness], mut by_points: ByPoints) -> EdgeTable {
     let mut edges = EdgeTable::default();
     // Sheets have about as many corners, and twice as many edges, as patches.
     edges.edges.reserve_exact(2 * table.patches.len());
     edges.corners.reserve_exact(table.patches.len());
     let rate_of = |primitive: u32| fineness[primitive as usize];
-    let mut by_points = ByPoints::new(table);
     let mut by_topology = ByTopology::default();
     for ix in 0..table.patches.len() {
         let patch = table.patches[ix];
         let rate = rate_of(patch.primitive);
-        let (corners, uses) = match patch.shape {
+        let (corners, uses, slack) = match patch.shape {
             Shape::Subdivision { limit, quad } => {
                 let quad = table.limits[limit as usize].surface.quad(quad);
                 by_topology.connect(&mut edges, limit, &quad, ix as u32, rate)
             }
             _ => by_points.connect(table, &mut edges, ix as u32, rate),
         };
-        (table.patches[ix].corners, table.patches[ix].edges) = (corners, uses);
+        let patch = &mut table.patches[ix];
+        (patch.corners, patch.edges, patch.slack) = (corners, uses, slack);
     }
     for edge in &mut edges.edges {
         edge.halved = edge.middle != u32::MAX;
-    }
-    for ix in 0..table.patches.len() {
-        table.patches[ix].slack = by_points.slack(table, &edges, ix);
     }
     edges.edges.shrink_to_fit();
     edges.corners.shrink_to_fit();
@@ -260,76 +61,13 @@ pub fn connect(table: &mut PatchTable, fineness: &[Fineness]) -> EdgeTable {
     edges
 }
 
-/// Corners and edges of the patches connected so far, by topology.
-#[derive(Default)]
-struct ByTopology {
-    corners: Map<(u32, CornerId), u32>,
-    edges: Map<(u32, u32), u32>,
-}
-
-impl ByTopology {
-    fn connect(
-        &mut self,
-        table: &mut EdgeTable,
-        limit: u32,
-        quad: &BaseQuad,
-        patch: u32,
-        rate: Fineness,
-    ) -> ([u32; 4], [EdgeUse; 4]) {
-        // A base quad's corners go round; a patch's are (0,0), (1,0), (0,1), (1,1).
-        let ids = [quad.corners[0], quad.corners[1], quad.corners[3], quad.corners[2]];
-        let corners: [u32; 4] = std::array::from_fn(|c| {
-            let known = self.corners.get(&(limit, ids[c])).copied();
-            let ix = table.corner(known, patch, c, rate);
-            self.corners.insert((limit, ids[c]), ix);
-            ix
-        });
-        let uses = std::array::from_fn(|side| {
-            let edge = &quad.edges[side];
-            let part = match edge.piece {
-                Piece::Whole => Part::Whole,
-                Piece::FirstHalf => Part::First,
-                Piece::SecondHalf => Part::Second,
-            };
-            // Top and left run the other way round the quad.
-            let along = Along { part, reversed: edge.reversed != (side >= 2) };
-            let mut ends = SIDE_CORNERS[side].map(|c| corners[c]);
-            if along.reversed {
-                ends.reverse();
-            }
-            let owner = Owner { patch, side: side as u8, along };
-            let ix = *self.edges.entry((limit, edge.edge)).or_insert_with(|| {
-                table.edges.push(Edge {
-                    owners: [NOBODY; 2],
-                    halved: true,
-                    users: 0,
-                    corners: [u32::MAX; 2],
-                    middle: u32::MAX,
-                    fineness: rate,
-                });
-                table.edges.len() as u32 - 1
-            });
-            table.use_edge(ix, rate);
-            let known = &mut table.edges[ix as usize];
-            match part {
-                Part::Whole => known.corners = ends,
-                Part::First => (known.corners[0], known.middle) = (ends[0], ends[1]),
-                Part::Second => (known.middle, known.corners[1]) = (ends[0], ends[1]),
-            }
-            // The first patch that has a half owns it.
-            let (first, second) = (part != Part::Second, part != Part::First);
-            for (owned, has) in known.owners.iter_mut().zip([first, second]) {
-                if has && *owned == NOBODY {
-                    *owned = owner;
-                }
-            }
-            EdgeUse { edge: ix, along }
-        });
-        (corners, uses)
-    }
-}
+/// A patch's corners and edges, and how far its border as the owners draw it may be from its own.
+pub(super) type Connected = ([u32; 4], [EdgeUse; 4], f32);
 
 /// Corners and edges of the patches connected so far, by their control points.
+///
+/// Most corners and edges come again with the same bits, that of the owner at all keys: these are told by that and need
+/// no search for what lies near.
 struct ByPoints {
     /// How close is equal, for each patch.
     tolerance: Vec<f32>,
@@ -337,11 +75,15 @@ struct ByPoints {
     keys: Vec<Sides>,
     corners: KeyedWelder,
     corner_of_weld: Map<u32, u32>,
+    /// The last corner with a hash of its owner's points,
+    corner_of_bits: Latest,
     middles: KeyedWelder,
     /// The first edge between two corners with a middle,
     edges: Map<(u32, u32, u32), u32>,
     /// and after each edge the next one of these.
     next: Map<u32, u32>,
+    /// The last such first edge with a hash of its corners and its owner's middles.
+    edge_of_bits: Latest,
 }
 
 impl ByPoints {
@@ -351,9 +93,11 @@ impl ByPoints {
             keys: Vec::new(),
             corners: KeyedWelder::new(tolerance.iter().copied()),
             corner_of_weld: Map::default(),
+            corner_of_bits: Latest::for_about(table.patches.len()),
             middles: KeyedWelder::new(tolerance.iter().copied()),
             edges: Map::default(),
             next: Map::default(),
+            edge_of_bits: Latest::for_about(2 * table.patches.len()),
             tolerance,
         }
     }
@@ -364,92 +108,163 @@ impl ByPoints {
         table: &mut EdgeTable,
         patch: u32,
         rate: Fineness,
-    ) -> ([u32; 4], [EdgeUse; 4]) {
-        let tolerance = self.tolerance[patch as usize];
-        let motion = patches.patches[patch as usize].motion;
+    ) -> Connected {
         let mut keys = std::mem::take(&mut self.keys);
         keys.clear();
         keys.extend(sides(patches, patch));
+        let motion = patches.patches[patch as usize].motion;
+        let tolerance = self.tolerance[patch as usize];
+        let new = Joining { patches, patch, motion, tolerance, rate, keys: &keys };
+        let mut agrees = true;
         let corners: [u32; 4] = std::array::from_fn(|corner| {
-            let places = keys.iter().map(|sides| project(end_of(sides, corner)));
-            let weld = self.corners.weld(motion, places, tolerance);
-            let ix = table.corner(self.corner_of_weld.get(&weld).copied(), patch, corner, rate);
-            self.corner_of_weld.insert(weld, ix);
+            let (ix, same) = self.corner(&new, table, corner);
+            agrees &= same;
             ix
         });
         let uses = std::array::from_fn(|side| {
-            let [from, to] = SIDE_CORNERS[side].map(|c| corners[c]);
-            let places = keys.iter().map(|sides| curve_middle(&sides[side]));
-            let middle = self.middles.weld(motion, places, tolerance);
-            let first = self.edges.entry((from.min(to), from.max(to), middle));
-            let is_new = matches!(first, Entry::Vacant(_));
+            let (used, same) = self.edge(&new, table, side, SIDE_CORNERS[side].map(|c| corners[c]));
+            agrees &= same;
+            used
+        });
+        self.keys = keys;
+        (corners, uses, if agrees { 0.0 } else { 2.0 * tolerance })
+    }
+
+    /// The corner that a patch's corner is, and whether its owner's points are the patch's own.
+    fn corner(&mut self, new: &Joining, table: &mut EdgeTable, corner: usize) -> (u32, bool) {
+        let places = new.keys.iter().map(|sides| project(end_of(sides, corner)));
+        let hash = self.corner_of_bits.hash([new.motion, 0, 0], places.clone());
+        let likely = self.corner_of_bits.get(hash).map(|ix| (ix, table.corners[ix as usize]));
+        if let Some((ix, known)) = likely
+            && new.moves_as(known.owner)
+            && new.has_points_of(&known, corner)
+        {
+            return (table.corner(Some(ix), new.patch, corner, new.rate), true);
+        }
+        let weld = self.corners.weld(new.motion, places, new.tolerance);
+        let known = self.corner_of_weld.get(&weld).copied();
+        let ix = table.corner(known, new.patch, corner, new.rate);
+        if known.is_none() {
+            self.corner_of_weld.insert(weld, ix);
+            self.corner_of_bits.put(hash, ix);
+        }
+        (ix, new.has_points_of(&table.corners[ix as usize], corner))
+    }
+
+    /// The edge that a patch's side runs along, and whether its owner's curves are the patch's own.
+    fn edge(
+        &mut self,
+        new: &Joining,
+        table: &mut EdgeTable,
+        side: usize,
+        [from, to]: [u32; 2],
+    ) -> (EdgeUse, bool) {
+        let ends = [from.min(to), from.max(to)];
+        let middles = new.keys.iter().map(|sides| curve_middle(&sides[side]));
+        let hash = self.edge_of_bits.hash([new.motion, ends[0], ends[1]], middles.clone());
+        let likely = self.edge_of_bits.get(hash).filter(|&ix| {
+            let edge = &table.edges[ix as usize];
+            let [a, b] = edge.corners;
+            [a.min(b), a.max(b)] == ends && new.has_middles_of(edge.owners[0], side)
+        });
+        let along = |table: &EdgeTable, tolerance: &[f32], ix: u32| {
+            let owner = table.edges[ix as usize].owners[0];
+            let (reversed, same) = new.runs_along(owner, side, tolerance[owner.patch as usize])?;
+            Some((ix, reversed, same))
+        };
+        let mut matched = likely.and_then(|ix| along(table, &self.tolerance, ix));
+        if matched.is_none() {
+            let middle = self.middles.weld(new.motion, middles, new.tolerance);
             let next_edge = table.edges.len() as u32;
-            let first = *first.or_insert(next_edge);
-            let matches = |ix: u32| {
-                let owner = table.edges[ix as usize].owners[0];
-                let tolerance = tolerance.min(self.tolerance[owner.patch as usize]);
-                let mut agree = keys.iter().enumerate().map(|(key, sides)| {
-                    let owners = patches.side_curve(owner.patch, key, owner.side as usize)?;
-                    same_curve(&sides[side], &owners, tolerance)
-                });
-                let reversed = agree.next()??;
-                (keys.len() == patches.num_keys(owner.patch) && agree.all(|other| other == Some(reversed)))
-                    .then_some((ix, reversed))
-            };
+            let (mut last, mut next) = (None, None);
+            match self.edges.entry((ends[0], ends[1], middle)) {
+                Entry::Occupied(first) => next = Some(*first.get()),
+                Entry::Vacant(place) => {
+                    place.insert(next_edge);
+                    self.edge_of_bits.put(hash, next_edge);
+                }
+            }
             // All that were found so far, in their order.
-            let (mut matched, mut last, mut next) = (None, None, (!is_new).then_some(first));
             while let Some(ix) = next {
-                matched = matches(ix);
+                matched = along(table, &self.tolerance, ix);
                 last = next;
                 next = self.next.get(&ix).copied().filter(|_| matched.is_none());
             }
             if let (None, Some(last)) = (matched, last) {
                 self.next.insert(last, next_edge);
             }
-            let (edge, reversed) = matched.unwrap_or_else(|| {
-                let along = Along::default();
-                table.edges.push(Edge {
-                    owners: [Owner { patch, side: side as u8, along }; 2],
-                    halved: false,
-                    users: 0,
-                    corners: [from, to],
-                    middle: u32::MAX,
-                    fineness: rate,
-                });
-                (table.edges.len() as u32 - 1, false)
+        }
+        let (edge, reversed, same) = matched.unwrap_or_else(|| {
+            table.edges.push(Edge {
+                owners: [Owner { patch: new.patch, side: side as u8, along: Along::default() }; 2],
+                halved: false,
+                users: 0,
+                corners: [from, to],
+                middle: u32::MAX,
+                fineness: new.rate,
             });
-            table.use_edge(edge, rate);
-            EdgeUse { edge, along: Along { part: Part::Whole, reversed } }
+            (table.edges.len() as u32 - 1, false, true)
         });
-        self.keys = keys;
-        (corners, uses)
+        table.use_edge(edge, new.rate);
+        (EdgeUse { edge, along: Along { part: Part::Whole, reversed } }, same)
+    }
+}
+
+/// A patch that is connected to those before it.
+struct Joining<'a> {
+    patches: &'a PatchTable,
+    patch: u32,
+    motion: u32,
+    tolerance: f32,
+    rate: Fineness,
+    /// Its sides, key after key.
+    keys: &'a [Sides],
+}
+
+impl Joining<'_> {
+    /// Whether a patch has the same key times.
+    fn moves_as(&self, other: u32) -> bool {
+        self.patches.patches[other as usize].motion == self.motion
     }
 
-    /// How far the border of a patch as its owners draw it may be from its own.
-    fn slack(&self, patches: &PatchTable, table: &EdgeTable, ix: usize) -> f32 {
-        let patch = &patches.patches[ix];
-        let agrees = |(key, mine): (usize, Sides)| {
-            let edges_agree = (0..4).all(|side| {
-                let used = patch.edges[side];
-                let owner = table.edges[used.edge as usize].owners[0];
-                let curve = patches.side_curve(owner.patch, key, owner.side as usize).map(|mut curve| {
-                    if used.along.reversed {
-                        curve.reverse();
-                    }
-                    curve
-                });
-                curve == Some(mine[side])
-            });
-            let corners_agree = (0..4).all(|c| {
-                let corner = &table.corners[patch.corners[c] as usize];
-                let [side, end] = CORNER_ENDS[corner.corner as usize];
-                let curve = patches.side_curve(corner.owner, key, side);
-                curve.map(|curve| curve[end]) == Some(end_of(&mine, c))
-            });
-            edges_agree && corners_agree
-        };
-        let all_agree = sides(patches, ix as u32).enumerate().all(agrees);
-        if all_agree { 0.0 } else { 2.0 * self.tolerance[ix] }
+    /// Whether a corner's owner has the points of the patch's own there.
+    fn has_points_of(&self, known: &Corner, corner: usize) -> bool {
+        let [side, end] = CORNER_ENDS[known.corner as usize];
+        self.keys.iter().enumerate().all(|(key, sides)| {
+            let curve = self.patches.side_curve(known.owner, key, side);
+            curve.map(|curve| curve[end]) == Some(end_of(sides, corner))
+        })
+    }
+
+    /// Whether an edge's owner moves at the same times and has the middles of the patch's side.
+    fn has_middles_of(&self, owner: Owner, side: usize) -> bool {
+        self.moves_as(owner.patch)
+            && self.keys.iter().enumerate().all(|(key, sides)| {
+                let curve = self.patches.side_curve(owner.patch, key, owner.side as usize);
+                curve.is_some_and(|curve| curve_middle(&curve) == curve_middle(&sides[side]))
+            })
+    }
+
+    /// Whether the patch's side runs along an edge as its owner's does, within both tolerances, at all keys: the other way
+    /// round or not, and whether with the same points.
+    fn runs_along(&self, owner: Owner, side: usize, tolerance: f32) -> Option<(bool, bool)> {
+        let tolerance = tolerance.min(self.tolerance);
+        if self.keys.len() != self.patches.num_keys(owner.patch) {
+            return None;
+        }
+        let (mut reversed, mut same) = (None, true);
+        for (key, sides) in self.keys.iter().enumerate() {
+            let mut curve = self.patches.side_curve(owner.patch, key, owner.side as usize)?;
+            let other = same_curve(&sides[side], &curve, tolerance)?;
+            if *reversed.get_or_insert(other) != other {
+                return None;
+            }
+            if other {
+                curve.reverse();
+            }
+            same &= curve == sides[side];
+        }
+        Some((reversed?, same))
     }
 }
 
@@ -459,8 +274,11 @@ type Sides = [[Vec4; 4]; 4];
 /// The sides of a patch, key after key; none without control points.
 fn sides(table: &PatchTable, patch: u32) -> impl Iterator<Item = Sides> + '_ {
     (0..table.num_keys(patch)).map_while(move |key| {
-        let surface = table.control_surface(&table.patches[patch as usize], key)?;
-        Some(std::array::from_fn(|side| surface.side_curve(side)))
+        let mut sides = [[Vec4::ZERO; 4]; 4];
+        for (side, curve) in sides.iter_mut().enumerate() {
+            *curve = table.side_curve(patch, key, side)?;
+        }
+        Some(sides)
     })
 }
 
@@ -498,5 +316,48 @@ fn same_curve(a: &[Vec4; 4], b: &[Vec4; 4], tolerance: f32) -> Option<bool> {
         Some(true)
     } else {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{hash32, signed_unit};
+    use crate::pipeline::motion::KeyTimes;
+    use crate::pipeline::patchify::patchify;
+    use crate::standard::teapot::teapot;
+
+    /// What is told by bits alone is what a search finds, where points differ by less than they may, at some keys only.
+    #[test]
+    fn bits_tell_what_a_search_finds() {
+        let scene = teapot();
+        let rate = Fineness { shading_rate: 1.0, motion_factor: 0.0, focus_factor: 0.0 };
+        let fineness = vec![rate; scene.primitives.len()];
+        for num_keys in [1, 2] {
+            let mut times = KeyTimes::still(&scene);
+            if num_keys == 2 {
+                times.sets.push(vec![0.0, 1.0]);
+                times.of_primitive.iter_mut().for_each(|set| *set = 1);
+            }
+            let (mut table, _) = patchify(&scene, &times);
+            let is_moved = |ix: usize| hash32(ix as u32).is_multiple_of(16);
+            for (ix, x) in table.floats.iter_mut().enumerate().filter(|(ix, _)| is_moved(*ix)) {
+                *x += signed_unit(hash32(ix as u32 + 7)) * 2e-5;
+            }
+            let mut searched = table.clone();
+            let by_search = ByPoints {
+                corner_of_bits: Latest::never(),
+                edge_of_bits: Latest::never(),
+                ..ByPoints::new(&searched)
+            };
+            let edges = connect(&mut table, &fineness);
+            let expected = connect_with(&mut searched, &fineness, by_search);
+            assert_eq!((&edges.edges, &edges.corners), (&expected.edges, &expected.corners));
+            assert!(edges.num_welds() > 40 && edges.num_welds() < edges.edges.len());
+            for (patch, twin) in table.patches.iter().zip(&searched.patches) {
+                assert_eq!((patch.edges, patch.corners, patch.slack), (twin.edges, twin.corners, twin.slack));
+            }
+            assert!(table.patches.iter().any(|patch| patch.slack > 0.0));
+        }
     }
 }

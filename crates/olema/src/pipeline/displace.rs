@@ -14,8 +14,8 @@ use glam::{DMat3, DMat4};
 use crate::scene::{Primitive, Scene};
 use crate::shading::{DisplacementShader, largest_stretch};
 
-use super::connect::EdgeTable;
 use super::dice::PrimitiveInfo;
+use super::edges::EdgeTable;
 use super::patch::PatchTable;
 use super::piece::{PointRef, Sabotage};
 use super::split::SplitContext;

@@ -9,7 +9,8 @@ use crate::geometry::place_lanes::Reach;
 use crate::sampling::Region;
 use crate::scene::{ShadingInterpolation, Sides};
 
-use super::sweep::{Extent, KeyExtent, Sweep, TimeRange, sweep};
+use super::key_extent::{KeyExtent, sweep};
+use super::sweep::{Extent, Sweep, TimeRange};
 
 /// More than the rounding of positions: each of their terms is rounded to 1/256 of a pixel.
 const ROUNDING_PX: f32 = 1.0 / 64.0;
@@ -132,8 +133,7 @@ impl Grid {
 
     /// When a sample of `region` can see it; `None` where none can.
     pub fn meets(&self, region: Region) -> Option<TimeRange> {
-        let Region { x0, x1, y0, y1 } = region;
-        self.sweep.meets([x0, x1, y0, y1].map(|px| px as f32))
+        self.sweep.meets_region(&region)
     }
 
     /// Whether it moves or is out of focus.

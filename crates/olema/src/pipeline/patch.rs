@@ -12,7 +12,7 @@ use crate::geometry::hull::{Hull, bicubic_hull};
 use crate::geometry::subdivision::Evaluator;
 use crate::math::simd::SimdLevel;
 
-use super::connect::EdgeUse;
+use super::edges::EdgeUse;
 use super::limit::Limit;
 use super::motion::KeyTimes;
 

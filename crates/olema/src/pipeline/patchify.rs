@@ -11,9 +11,9 @@ use crate::geometry::bezier::to_bezier;
 use crate::geometry::subdivision::LimitSurface;
 use crate::scene::{Between, Geometry, Keyed, PatchBasis, PatchKind, PatchMesh, Points, Scene};
 
-use super::connect::EdgeUse;
+use super::edges::EdgeUse;
 use super::limit::Limit;
-use super::motion::{KeyTimes, Placement, blend_point, placements};
+use super::motion::{KeyTimes, Placement, Placer, blend_point};
 use super::patch::{Patch, PatchTable, Shape};
 
 /// Turns all primitives of `scene` into patches, placed at their key times. Warnings name the object.
@@ -26,21 +26,22 @@ pub fn patchify(scene: &Scene, times: &KeyTimes) -> (PatchTable, Vec<String>) {
         times: times.clone(),
     };
     let mut warnings = Vec::new();
+    let (mut placer, mut points) = (Placer::new(scene), Vec::new());
     for (ix, primitive) in scene.primitives.iter().enumerate() {
-        let placements = placements(scene, primitive, times.of(ix as u32));
+        let placements = times.of(ix as u32).iter().map(|&t| placer.place(primitive, t));
         let mut warn = |problem: &dyn std::fmt::Display| {
             warnings.push(format!("{}: {problem}", primitive.object_name(ix)));
         };
         match &primitive.geometry {
             Geometry::Patches(mesh) => {
-                if let Err(problem) = sheet(mesh, ix as u32, &placements, &mut table) {
+                if let Err(problem) = sheet(mesh, ix as u32, placements, &mut points, &mut table) {
                     warn(&problem);
                 }
             }
             Geometry::Subdivision(mesh) => {
                 let (surface, problems) = LimitSurface::new(Arc::clone(mesh));
                 problems.iter().for_each(|problem| warn(problem));
-                base_quads(surface, ix as u32, placements, &mut table);
+                base_quads(surface, ix as u32, placements.collect(), &mut table);
             }
         }
     }
@@ -92,10 +93,12 @@ fn base_quads(surface: LimitSurface, primitive: u32, placements: Vec<Placement>,
     table.limits.push(Limit { surface, placements: placements.into_iter().map(within).collect() });
 }
 
+/// The patches of a sheet; `points` is room for its control points.
 fn sheet(
     mesh: &PatchMesh,
     primitive: u32,
-    placements: &[Placement],
+    placements: impl ExactSizeIterator<Item = Placement>,
+    points: &mut Vec<DVec4>,
     table: &mut PatchTable,
 ) -> Result<(), String> {
     let Some([pu, pv]) = mesh.num_patches() else {
@@ -106,22 +109,23 @@ fn sheet(
         return Err(format!("{} control points where {expected} were expected; not drawn", points.len()));
     }
     let rational = mesh.points.values.iter().any(is_rational);
-    let width = if rational { 4 } else { 3 };
-    let keys: Vec<Vec<DVec4>> =
-        placements.iter().map(|placement| camera_points(&mesh.points, expected, placement)).collect();
+    points.clear();
+    points.reserve_exact(expected * placements.len());
+    placements.for_each(|placement| camera_points(&mesh.points, expected, &placement, points));
+    let num_keys = points.len() / expected.max(1);
     let mut dropped = 0usize;
     for (row, column) in (0..pv).flat_map(|row| (0..pu).map(move |column| (row, column))) {
         let first_float = table.floats.len();
-        if first_float > u32::MAX as usize - 64 * keys.len() {
+        if first_float > u32::MAX as usize - 64 * num_keys {
             return Err("too many control points in one frame; the rest is not drawn".to_owned());
         }
-        let usable = |p: &DVec4| p.as_vec4().is_finite() && p.w.is_finite() && p.w > 0.0;
-        let is_usable = keys.iter().all(|points| {
-            let (points, len) = bezier_points(mesh, points, column, row);
-            points[..len].iter().all(|p| {
-                table.floats.extend_from_slice(&p.as_vec4().to_array()[..width]);
-                usable(p)
-            })
+        let control = Control::new(mesh, column, row);
+        let is_usable = points.chunks_exact(expected.max(1)).all(|points| {
+            let (points, len) = control.bezier_points(mesh, points);
+            match rational {
+                true => push_points::<4>(&points[..len], &mut table.floats),
+                false => push_points::<3>(&points[..len], &mut table.floats),
+            }
         });
         if !is_usable {
             table.floats.truncate(first_float);
@@ -160,29 +164,58 @@ fn is_rational(points: &Points) -> bool {
     matches!(points, Points::Pw(p) if p.iter().any(|p| p[3] != 1.0))
 }
 
-/// Control points in camera space at a key, homogeneous.
-fn camera_points(points: &Keyed<Points>, len: usize, placement: &Placement) -> Vec<DVec4> {
+/// Appends control points in camera space at a key, homogeneous.
+fn camera_points(points: &Keyed<Points>, len: usize, placement: &Placement, out: &mut Vec<DVec4>) {
     let Placement { points: between, to_camera } = placement;
-    let place = |ix: usize| {
+    out.extend((0..len).map(|ix| {
         let p = blend_point(points, between, ix);
         if p.w == 1.0 { to_camera.transform_point3(p.truncate()).extend(1.0) } else { *to_camera * p }
-    };
-    (0..len).map(place).collect()
+    }));
 }
 
-/// The Bezier points (or corners) of the patch at `column`, `row` of the sheet, and how many they are.
-fn bezier_points(mesh: &PatchMesh, points: &[DVec4], column: usize, row: usize) -> ([DVec4; 16], usize) {
-    let at = |i: usize, j: usize| points[(j % mesh.nv) * mesh.nu + i % mesh.nu];
-    match *mesh.kind {
-        PatchKind::Bilinear => {
-            let corners =
-                [at(column, row), at(column + 1, row), at(column, row + 1), at(column + 1, row + 1)];
-            (std::array::from_fn(|ix| corners[ix % 4]), 4)
+/// Appends the first `W` floats of each of at most 16 points; whether all of them are finite, with a weight above 0.
+fn push_points<const W: usize>(points: &[DVec4], floats: &mut Vec<f32>) -> bool {
+    let (mut all, mut is_usable) = ([[0.0f32; W]; 16], true);
+    for (to, p) in all.iter_mut().zip(points) {
+        let single = p.as_vec4();
+        is_usable &= single.is_finite() && p.w.is_finite() && p.w > 0.0;
+        to.copy_from_slice(&single.to_array()[..W]);
+    }
+    floats.extend_from_slice(all[..points.len()].as_flattened());
+    is_usable
+}
+
+/// Which of a sheet's points are a patch's.
+struct Control {
+    columns: [usize; 4],
+    /// Number of the first point of each row.
+    rows: [usize; 4],
+}
+
+impl Control {
+    fn new(mesh: &PatchMesh, column: usize, row: usize) -> Self {
+        let [u, v] = match &*mesh.kind {
+            PatchKind::Bilinear => [1, 1],
+            PatchKind::Bicubic { u, v } => [u.step as usize, v.step as usize],
+        };
+        Control {
+            columns: [0, 1, 2, 3].map(|i| (column * u + i) % mesh.nu),
+            rows: [0, 1, 2, 3].map(|j| (row * v + j) % mesh.nv * mesh.nu),
         }
-        PatchKind::Bicubic { u, v } => {
-            let (i0, j0) = (column * u.step as usize, row * v.step as usize);
-            let control: [DVec4; 16] = std::array::from_fn(|ix| at(i0 + ix % 4, j0 + ix / 4));
-            (change_basis(control, &u, &v), 16)
+    }
+
+    /// The Bezier points (or corners) of the patch, and how many they are.
+    fn bezier_points(&self, mesh: &PatchMesh, points: &[DVec4]) -> ([DVec4; 16], usize) {
+        let side = if matches!(*mesh.kind, PatchKind::Bilinear) { 2 } else { 4 };
+        let mut control = [DVec4::ZERO; 16];
+        for j in 0..side {
+            for i in 0..side {
+                control[side * j + i] = points[self.rows[j] + self.columns[i]];
+            }
+        }
+        match &*mesh.kind {
+            PatchKind::Bilinear => (control, 4),
+            PatchKind::Bicubic { u, v } => (change_basis(control, u, v), 16),
         }
     }
 }

@@ -16,12 +16,13 @@ use std::sync::Arc;
 use crate::geometry::RasterCamera;
 
 use super::bound::Hulls;
-use super::connect::{EdgeTable, Part};
 use super::dice::PrimitiveInfo;
+use super::edges::{EdgeTable, Part};
 use super::measure::Places;
 use super::patch::{CORNER_UV, Patch, PatchTable, Surfaces, side_uv};
 use super::piece::{Line, Piece, PieceKind, PointRef, Sabotage, Side, parameter};
 use super::rate::{Fineness, MAX_LEVEL, Rate};
+use super::recent::Recent;
 
 /// What becomes of a piece.
 #[allow(clippy::large_enum_variant)] // Lives on the stack between two stages only.
@@ -63,7 +64,21 @@ pub struct SplitContext<'a> {
     pub places: RefCell<Places>,
     /// Lists to bound with.
     pub hulls: RefCell<Hulls>,
+    /// What was measured of pieces, by patch and path; nothing is remembered where there is no room.
+    pub judged: RefCell<Recent<(u32, u128), Judged>>,
 }
+
+/// What splitting measured of a piece.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Judged {
+    /// Rate of the line that it was cut along.
+    cut: Option<Rate>,
+    /// Segments that its inside asks for.
+    inside: Option<[u32; 2]>,
+}
+
+/// Pieces of which a worker remembers that, as a power of two.
+pub const JUDGED_LOG: u32 = 12;
 
 /// Splits are not nested deeper than this; what is left is diced as a lattice.
 const MAX_DEPTH: u32 = 120;
@@ -112,6 +127,11 @@ impl<'a> SplitContext<'a> {
             }
             _ => measure(),
         };
+        self.side(line, [level, cuts], part, reversed, measured)
+    }
+
+    /// A whole part of a line whose rate was measured.
+    fn side(&self, line: Line, [level, cuts]: [u8; 2], part: u32, reversed: bool, measured: Rate) -> Side {
         let rate = match measured {
             Rate::Eye if cuts >= self.eye_splits => Rate::Even(1),
             Rate::Uneven if cuts >= MAX_LEVEL => Rate::Even(1),
@@ -253,9 +273,29 @@ impl<'a> SplitContext<'a> {
     /// Lattice lines that the sides and the interior ask for.
     fn lattice_size(&self, piece: &Piece, segments: [u32; 2]) -> [u32; 2] {
         let measure = || self.inner_segments(piece).map(|wanted| wanted.min(MAX_LATTICE));
-        let is_whole = piece.path == 1;
-        let wanted = if is_whole { self.edges.known.inner_segments(piece.patch, measure) } else { measure() };
+        let wanted = match piece.path {
+            1 => self.edges.known.inner_segments(piece.patch, measure),
+            _ => self.judged(piece, |judged| &mut judged.inside, measure),
+        };
         std::array::from_fn(|axis| segments[axis].max(1).max(wanted[axis]).min(MAX_LATTICE))
+    }
+
+    /// What was measured of a piece, or is measured now.
+    fn judged<T: Copy>(
+        &self,
+        piece: &Piece,
+        what: fn(&mut Judged) -> &mut Option<T>,
+        measure: impl FnOnce() -> T,
+    ) -> T {
+        let name = (piece.patch, piece.path);
+        let mut known = self.judged.borrow().get(&name).copied().unwrap_or_default();
+        if let Some(measured) = *what(&mut known) {
+            return measured;
+        }
+        let measured = measure();
+        *what(&mut known) = Some(measured);
+        self.judged.borrow_mut().put(name, known);
+        measured
     }
 
     /// Whether the piece spans more of u than of v, where lengths on screen are not known.
@@ -274,7 +314,9 @@ impl<'a> SplitContext<'a> {
         let line = Line::Inner { uv: [a_uv, b_uv], ends: [a_point, b_point] };
         let parallel = if along_u { [3, 1] } else { [0, 2] };
         let cuts = parallel.map(|side| piece.sides[side].cuts);
-        let inner = self.part_of_line(piece.patch, line, [0, cuts[0].max(cuts[1])], 0, false);
+        // The line is the same whenever this piece is cut.
+        let rate = self.judged(piece, |judged| &mut judged.cut, || self.measure(piece.patch, line, [0, 0]));
+        let inner = self.side(line, [0, cuts[0].max(cuts[1])], 0, false, rate);
         let [uv00, uv10, uv01, uv11] = piece.uv;
         let [bottom, right, top, left] = piece.sides;
         let (uv, sides) = if along_u {

@@ -4,12 +4,14 @@
 //! over ranges of time and lens places. Between two keys a vertex, its depth and its circle of confusion change evenly,
 //! and so do the sides of the box that holds it, its nearest depth and its range of circles.
 
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 use crate::geometry::RasterCamera;
-use crate::geometry::camera::GUARD_BAND_PX;
 use crate::occlusion::Bounds;
+use crate::sampling::Region;
 use crate::sampling::pattern::StratumBounds;
+
+use super::key_extent::KeyExtent;
 
 /// A part of the shutter, both ends inclusive: 0 is open, 1 closed.
 pub type TimeRange = [f32; 2];
@@ -29,7 +31,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    const NOWHERE: Extent = Extent { in_focus: NOWHERE, coc: [0.0; 2], near: f32::INFINITY };
+    pub(super) const NOWHERE: Extent = Extent { in_focus: NOWHERE, coc: [0.0; 2], near: f32::INFINITY };
 
     /// The box that holds it for every place on the lens.
     fn blurred(&self) -> [f32; 4] {
@@ -124,6 +126,21 @@ impl Sweep {
         Sweep { first, more }
     }
 
+    /// Appends the extents at `key_times` to `extents` if [`Self::of_keys`] makes the same of them again; whether it does.
+    pub fn list_keys(&self, key_times: &[f32], extents: &mut Vec<Extent>) -> bool {
+        let first = extents.len();
+        extents.extend(self.first.iter().map(|segment| segment.ends[0]));
+        if key_times.len() > 1 {
+            extents.extend(self.segments().map(|segment| segment.ends[1]));
+        }
+        let listed = &extents[first..];
+        let is_same = listed.len() == key_times.len() && Sweep::of_keys(listed, key_times) == *self;
+        if !is_same {
+            extents.truncate(first);
+        }
+        is_same
+    }
+
     #[inline(always)]
     fn segments(&self) -> impl Iterator<Item = &Segment> {
         self.first.iter().chain(&self.more)
@@ -163,7 +180,7 @@ impl Sweep {
     }
 
     /// Adds what moves on straight lines in camera space, not on the raster: what passes the near plane.
-    fn add_slices(
+    pub(super) fn add_slices(
         &mut self,
         [from, to]: [&KeyExtent; 2],
         camera: &RasterCamera,
@@ -188,10 +205,24 @@ impl Sweep {
         self.first.as_ref().map_or(NOWHERE, |segment| segment.ends[0].in_focus)
     }
 
+    /// Its largest width and height at any one time and in focus.
+    pub fn size(&self) -> [f32; 2] {
+        let ends = self.segments().flat_map(|segment| &segment.ends);
+        ends.fold([0.0; 2], |most: [f32; 2], Extent { in_focus: [x0, x1, y0, y1], .. }| {
+            [most[0].max(x1 - x0), most[1].max(y1 - y0)]
+        })
+    }
+
     /// The box that holds it at all times; upside down for one that is nowhere.
     pub fn whole(&self) -> [f32; 4] {
         let ends = self.segments().flat_map(|segment| &segment.ends);
         ends.fold(NOWHERE, |all, end| union(&all, &end.blurred()))
+    }
+
+    /// The time in which it can meet a region of pixels, if it does.
+    pub fn meets_region(&self, region: &Region) -> Option<TimeRange> {
+        let Region { x0, x1, y0, y1 } = *region;
+        self.meets([x0, x1, y0, y1].map(|px| px as f32))
     }
 
     /// The time in which it can meet the closed rectangle `[x0, x1, y0, y1]`, if it does.
@@ -235,103 +266,8 @@ pub(super) fn grown(b: [f32; 4], by: f32) -> [f32; 4] {
     [b[0] - by, b[1] + by, b[2] - by, b[3] + by]
 }
 
-/// Something at one key.
-#[derive(Debug, Clone, Copy)]
-pub struct KeyExtent {
-    /// Box in camera space.
-    pub least: Vec3,
-    /// Its other corner.
-    pub most: Vec3,
-    /// Box on the raster of what is in front of the near plane.
-    pub raster: [f32; 4],
-}
-
-impl KeyExtent {
-    /// Around nothing.
-    pub const EMPTY: KeyExtent =
-        KeyExtent { least: Vec3::INFINITY, most: Vec3::NEG_INFINITY, raster: NOWHERE };
-
-    /// Grows to hold a point.
-    #[inline(always)]
-    pub fn include(&mut self, camera: &RasterCamera, p: Vec3) {
-        self.least = self.least.min(p);
-        self.most = self.most.max(p);
-        if p.z >= camera.near {
-            let [x, y] = camera.project(p);
-            self.raster = union(&self.raster, &[x, x, y, y]);
-        }
-    }
-
-    /// Whether a vertex within may take the slow path.
-    fn may_be_slow(&self, camera: &RasterCamera) -> bool {
-        let is_near = self.raster.iter().all(|px| px.abs() <= GUARD_BAND_PX);
-        let depth = [self.least.z, self.most.z];
-        !(depth[0] >= camera.near && depth[1] <= camera.far && is_near)
-            || camera.greatest_coc_px(depth) > GUARD_BAND_PX
-    }
-
-    /// The box on the raster of the part of the camera-space box that is in front of the near plane, if there is any.
-    fn project(&self, camera: &RasterCamera) -> Option<[f32; 4]> {
-        let [near, far] = [self.least.z.max(camera.near), self.most.z];
-        if far.is_nan() || far < camera.near {
-            return None;
-        }
-        let along = |least: f32, most: f32, scale: f32, center: f32| {
-            let ends = if camera.perspective {
-                [
-                    if least < 0.0 { least / near } else { least / far },
-                    if most > 0.0 { most / near } else { most / far },
-                ]
-            } else {
-                [least, most]
-            };
-            let [a, b] = ends.map(|end| end * scale + center);
-            [a.min(b), a.max(b)]
-        };
-        let [x0, x1] = along(self.least.x, self.most.x, camera.scale[0], camera.center[0]);
-        let [y0, y1] = along(self.least.y, self.most.y, -camera.scale[1], camera.center[1]);
-        let coc = camera.greatest_coc_px([near, far]);
-        Some(grown([x0, x1, y0, y1], coc))
-    }
-
-    /// Part of the way to another.
-    fn between(&self, to: &KeyExtent, part: f32) -> KeyExtent {
-        let mix = |from: Vec3, to: Vec3| from + (to - from) * part;
-        KeyExtent { least: mix(self.least, to.least), most: mix(self.most, to.most), raster: NOWHERE }
-    }
-}
-
 /// Parts into which the time between two keys is cut for what passes the near plane.
 const SLICES: usize = 16;
-
-/// Where something is over the time, given where it is at the keys; `grow_px` is added to all sides.
-pub fn sweep(camera: &RasterCamera, keys: &[KeyExtent], key_times: &[f32], grow_px: f32) -> Sweep {
-    let extent_of = |key: &KeyExtent| {
-        let near = key.least.z;
-        if key.may_be_slow(camera) {
-            let held = key.project(camera);
-            return held.map_or(Extent::NOWHERE, |b| Extent {
-                in_focus: grown(b, grow_px),
-                coc: [0.0; 2],
-                near,
-            });
-        }
-        let coc = camera.coc_range_px([near, key.most.z]);
-        Extent { in_focus: grown(key.raster, grow_px), coc, near }
-    };
-    let mut swept = match keys {
-        // Nearly all have one key or two.
-        [only] => Sweep::of_keys(&[extent_of(only)], key_times),
-        [from, to] => Sweep::of_keys(&[extent_of(from), extent_of(to)], key_times),
-        _ => Sweep::of_keys(&keys.iter().map(extent_of).collect::<Vec<_>>(), key_times),
-    };
-    for (ends, times) in keys.windows(2).zip(key_times.windows(2)) {
-        if ends.iter().any(|key| key.may_be_slow(camera)) {
-            swept.add_slices([&ends[0], &ends[1]], camera, [times[0], times[1]], grow_px);
-        }
-    }
-    swept
-}
 
 /// A little more than 1/32768 of the shutter.
 const ROUNDING_TIME: f32 = 1e-4;

@@ -3,7 +3,7 @@
 //! In: points with a tolerance each. Out: numbers, counted from 0 in the order in which new ones appear. Used by
 //! `connect` for corners and for the middles of edges.
 
-use std::hash::BuildHasher;
+use std::hash::{BuildHasher, Hasher};
 
 use glam::Vec3;
 
@@ -67,6 +67,54 @@ impl Chains {
     }
 }
 
+/// Numbers by a hash, of those with the same place in the table the last.
+pub struct Latest {
+    /// A power of two of them.
+    numbers: Vec<u32>,
+    mixing: Mixing,
+}
+
+impl Latest {
+    /// For about so many numbers.
+    pub fn for_about(num: usize) -> Self {
+        Latest { numbers: vec![NONE; (2 * num).next_power_of_two()], mixing: Mixing::default() }
+    }
+
+    /// Knows no number, ever.
+    #[cfg(test)]
+    pub fn never() -> Self {
+        Latest { numbers: Vec::new(), mixing: Mixing::default() }
+    }
+
+    /// The hash of points and words; points that are equal have the same.
+    pub fn hash(&self, words: [u32; 3], points: impl Iterator<Item = Vec3>) -> u64 {
+        let mut hasher = self.mixing.build_hasher();
+        words.iter().for_each(|&word| hasher.write_u32(word));
+        for point in points {
+            // + 0.0 makes -0 and 0 one.
+            (point + Vec3::ZERO).to_array().iter().for_each(|x| hasher.write_u32(x.to_bits()));
+        }
+        hasher.finish()
+    }
+
+    fn place(&self, hash: u64) -> usize {
+        (hash >> 32) as usize & self.numbers.len().wrapping_sub(1)
+    }
+
+    /// The number under a hash, or under another one.
+    pub fn get(&self, hash: u64) -> Option<u32> {
+        self.numbers.get(self.place(hash)).copied().filter(|&number| number != NONE)
+    }
+
+    /// Puts a number in the place of another.
+    pub fn put(&mut self, hash: u64, number: u32) {
+        let place = self.place(hash);
+        if let Some(known) = self.numbers.get_mut(place) {
+            *known = number;
+        }
+    }
+}
+
 /// Gives points that lie together one number.
 ///
 /// Points are kept in one grid of cells per octave of tolerance. A pair is as close as the *smaller* of its two
@@ -107,27 +155,18 @@ impl Welder {
         // + 0.0 makes -0 and 0 one.
         let p = p + Vec3::ZERO;
         let bits = p.to_array().map(f32::to_bits);
-        let Welder { octaves, chains, mixing, points, .. } = &*self;
-        let hash = |octave: i32, cell: [i64; 3]| (mixing.hash_one((octave, cell)) >> 32) as u32;
-        let hash_of_bits = (mixing.hash_one(bits) >> 32) as u32;
-        let has_bits = |id: &u32| points[*id as usize].0.to_array().map(f32::to_bits) == bits;
-        if let Some(id) = chains.of(hash_of_bits).find(has_bits) {
+        let hash_of_bits = (self.mixing.hash_one(bits) >> 32) as u32;
+        let has_bits = |id: &u32| self.points[*id as usize].0.to_array().map(f32::to_bits) == bits;
+        if let Some(id) = self.chains.of(hash_of_bits).find(has_bits) {
             return id;
         }
         if let Some(&id) = self.welded.get(&bits) {
             return id;
         }
         let own = if tolerance > 0.0 { octave(tolerance) } else { i32::MIN };
-        let num_octaves = octaves.partition_point(|&o| o <= own);
-        let near = octaves[..num_octaves]
-            .iter()
-            .flat_map(|&o| touched_cells(p, o).flat_map(move |cell| chains.of(hash(o, cell))));
-        let id = near
-            .filter(|&id| {
-                let (q, other) = points[id as usize];
-                (p - q).abs().max_element() <= tolerance.min(other)
-            })
-            .min();
+        let num_octaves = self.octaves.partition_point(|&o| o <= own);
+        let octaves = &self.octaves[..num_octaves];
+        let id = octaves.iter().filter_map(|&octave| self.lowest_near(p, tolerance, octave)).min();
         if let Some(id) = id {
             self.welded.insert(bits, id);
             return id;
@@ -135,11 +174,31 @@ impl Welder {
         let id = self.points.len() as u32;
         self.points.push((p, tolerance));
         self.chains.push(hash_of_bits, id);
-        for &o in &self.octaves[..num_octaves] {
-            let hash = (self.mixing.hash_one((o, cell(p, o))) >> 32) as u32;
-            self.chains.push(hash, id);
+        for &octave in octaves {
+            let cell = Cells { octave }.hold(p).map(floor);
+            self.chains.push(hash_of_cell(self.mixing, octave, cell), id);
         }
         id
+    }
+
+    /// The lowest of an octave's points in the cells that `p` touches that it welds to.
+    fn lowest_near(&self, p: Vec3, tolerance: f32, octave: i32) -> Option<u32> {
+        let mut lowest = None;
+        let [x, y, z] = Cells { octave }.touched(p);
+        for x in x[0]..=x[1] {
+            for y in y[0]..=y[1] {
+                for z in z[0]..=z[1] {
+                    for id in self.chains.of(hash_of_cell(self.mixing, octave, [x, y, z])) {
+                        let (q, other) = self.points[id as usize];
+                        let is_near = (p - q).abs().max_element() <= tolerance.min(other);
+                        if is_near && lowest.is_none_or(|lowest| id < lowest) {
+                            lowest = Some(id);
+                        }
+                    }
+                }
+            }
+        }
+        lowest
     }
 }
 
@@ -187,25 +246,40 @@ fn octave(tolerance: f32) -> i32 {
 /// Cells are this many octaves wider than the tolerance, so that most points touch one cell only.
 const CELL_OCTAVES: i32 = 4;
 
-/// Cells of octave `octave` that a box of half side 2^octave around `p` touches (at most 8).
-fn touched_cells(p: Vec3, octave: i32) -> impl Iterator<Item = [i64; 3]> {
-    let power = |o: i32| f64::from_bits(((1023 + o.clamp(-1000, 1000)) as u64) << 52);
-    let (reach, side) = (power(octave), power(octave + CELL_OCTAVES));
-    let range = p.to_array().map(|x| {
-        let x = f64::from(x);
-        (((x - reach) / side).floor() as i64, ((x + reach) / side).floor() as i64)
-    });
-    let [x, y, z] = range.map(|(from, to)| from..=to.min(from.saturating_add(1)));
-    x.flat_map(move |x| {
-        let z = z.clone();
-        y.clone().flat_map(move |y| z.clone().map(move |z| [x, y, z]))
-    })
+/// The cells of an octave.
+struct Cells {
+    octave: i32,
 }
 
-/// The cell that holds `p`.
-fn cell(p: Vec3, octave: i32) -> [i64; 3] {
-    let side = f64::from_bits(((1023 + (octave + CELL_OCTAVES).clamp(-1000, 1000)) as u64) << 52);
-    p.to_array().map(|x| (f64::from(x) / side).floor() as i64)
+impl Cells {
+    /// Where `p` is, in cells; exact, as their side is a power of two.
+    fn hold(&self, p: Vec3) -> [f64; 3] {
+        let per_side =
+            f64::from_bits(((1023 - (self.octave + CELL_OCTAVES).clamp(-1000, 1000)) as u64) << 52);
+        p.to_array().map(|x| f64::from(x) * per_side)
+    }
+
+    /// First and last cell on each axis that a box of half side 2^octave around `p` touches, at most two.
+    fn touched(&self, p: Vec3) -> [[i64; 2]; 3] {
+        const REACH: f64 = 1.0 / (1 << CELL_OCTAVES) as f64;
+        self.hold(p).map(|at| {
+            let from = floor(at - REACH);
+            [from, floor(at + REACH).min(from.saturating_add(1))]
+        })
+    }
+}
+
+fn hash_of_cell(mixing: Mixing, octave: i32, cell: [i64; 3]) -> u32 {
+    let mut hasher = mixing.build_hasher();
+    hasher.write_u32(octave as u32);
+    cell.iter().for_each(|&c| hasher.write_u64(c as u64));
+    (hasher.finish() >> 32) as u32
+}
+
+/// The floor; not floor(), which is a call where the processor is not known.
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole.saturating_sub(i64::from(whole as f64 > x))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use conformance::closed::{self, Kind};
 use conformance::scenes::small;
 use olema::engine::Bench;
+use olema::pipeline::sweep::to_pixels;
 use olema::{Scene, Settings};
 
 /// Pieces of a scene whose grids leave their bounds, and by how many pixels at most; and how many were blocks of a lattice.
@@ -26,7 +27,7 @@ fn outside(scene: &Scene, settings: &Settings) -> (usize, i32, usize) {
             let ([x0, x1], [y0, y1]) = (of(&grid.x), of(&grid.y));
             let apart = match bounds.first() {
                 Some(bound) => {
-                    let [px0, px1, py0, py1] = bound.pixels;
+                    let [px0, px1, py0, py1] = to_pixels(bound.sweep.whole());
                     [px0 - x0, x1 - px1, py0 - y0, y1 - py1].into_iter().max().unwrap_or(0)
                 }
                 // What cannot be seen lies on one side of the frame.

@@ -212,7 +212,10 @@ impl<S: HitSink> Kernel<'_, S> {
         let last = lanes.min2(last, lanes.splat(frame.last_px));
         // None where the box is empty or misses the region; else no more than there are positions.
         let num = lanes.add2(lanes.sub2(last, first), lanes.splat(ONE));
-        let num = lanes.max2(lanes.min2(num, lanes.sub2(most, least)), lanes.splat(0));
+        // Up to 64,000: what 16 bits make negative of that is turned into something that is larger than any number of pixels.
+        let positions = lanes.sub2(most, least);
+        let positions = lanes.max2(positions, lanes.not(positions));
+        let num = lanes.max2(lanes.min2(num, positions), lanes.splat(0));
         let num = lanes.dot2(num, lanes.and(lanes.shr(num, 16), lanes.splat(0xffff)));
         let [from, to] = self.draw.times;
         let early = lanes.gt(lanes.splat(from.into()), lanes.load(&group.shutter[1], 0));

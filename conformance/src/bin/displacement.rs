@@ -45,10 +45,13 @@ const TOTAL: usize = 6;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plain = tube(144, 80);
-    let variants: [(&str, Scene); 6] = [
+    let variants: [(&str, Scene); 8] = [
         ("not displaced", plain.clone()),
         ("noise", displaced(&plain, "noise", 0.12, false)?),
         ("fractal", displaced(&plain, "fractal", 0.12, false)?),
+        // Small details, of some two pixels, as in the paper's figure 5.
+        ("noise, 0.02 high", displaced(&plain, "noise", 0.02, false)?),
+        ("fractal, 0.02 high", displaced(&plain, "fractal", 0.02, false)?),
         // All the work, and the size and shape of what is not displaced.
         ("noise, 1e-5 as high", displaced(&plain, "noise", 0.12e-5, false)?),
         ("fractal, 1e-5 as high", displaced(&plain, "fractal", 0.12e-5, false)?),

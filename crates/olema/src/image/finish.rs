@@ -76,9 +76,8 @@ impl RowQuantize {
             #[inline(always)]
             || {
                 for ((out, &value), x) in out.iter_mut().zip(values).zip(x..) {
-                    let value = if srgb { srgb_encode_in_lanes(value) } else { value };
-                    let noise = hash::signed_unit(hash::hash_all([x, y, channel]));
-                    *out = quantize(value, one, range, dither, noise);
+                    let value = if srgb { srgb_encode(value) } else { value };
+                    *out = quantize(value, one, range, dither, dither_noise([x, y], channel));
                 }
             },
         );
@@ -88,18 +87,14 @@ impl RowQuantize {
 /// The random number of a pixel and channel for [`quantize`]: a hash of the place in the full frame, so it
 /// does not depend on crops, buckets or order. Strictly between -1 and 1: with the usual dither of 0.5 a
 /// whole value never changes, so full coverage stays full.
+#[inline(always)]
 pub fn dither_noise(pixel: [u32; 2], channel: u32) -> f32 {
     hash::signed_unit(hash::hash_all([pixel[0], pixel[1], channel]))
 }
 
-/// sRGB's curve from linear light, 0 to 1; linear below 0, going on above 1.
-pub fn srgb_encode(linear: f32) -> f32 {
-    srgb_encode_in_lanes(linear)
-}
-
-/// [`srgb_encode`], without branches.
+/// sRGB's curve from linear light, 0 to 1; linear below 0, going on above 1. Without branches, for loops over lanes.
 #[inline(always)]
-fn srgb_encode_in_lanes(linear: f32) -> f32 {
+pub fn srgb_encode(linear: f32) -> f32 {
     let curve = 1.055 * function::pow_in_lanes(linear, 1.0 / 2.4) - 0.055;
     if linear > 0.003_130_8 { curve } else { 12.92 * linear }
 }

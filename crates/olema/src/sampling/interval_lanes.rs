@@ -107,8 +107,10 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
                             PackedQuad { packed: &apart, at: [0, 1, 2, 3] },
                         )
                 };
+                if is_drawn {
+                    continue;
+                }
                 match self.bounds {
-                    _ if is_drawn => {}
                     Bounds::Strata => {
                         interval::rasterize_micropolygon(draw, &micropolygon, self.counts, self.sink);
                     }

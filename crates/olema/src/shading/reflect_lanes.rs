@@ -26,31 +26,21 @@ pub(super) fn write_lit(
     out: &mut ShadedPoints,
     color: impl Fn(usize, f32, ReflectedChannel) -> f32,
 ) {
-    level.run(
+    write_each(
+        level,
+        points,
+        vertices,
+        out,
         #[inline(always)]
-        || {
-            each_picked(
-                points,
-                vertices,
-                #[inline(always)]
-                |picked| {
-                    let sums = reflect(level, points, picked, lights, wanted);
-                    write(
-                        points,
-                        picked,
-                        out,
-                        #[inline(always)]
-                        |c, cs, lane| {
-                            let reflected = ReflectedChannel {
-                                ambient: finite(sums.ambient[c][lane]),
-                                diffuse: finite(sums.diffuse[c][lane]),
-                                specular: finite(sums.specular[c][lane]),
-                            };
-                            color(c, cs, reflected)
-                        },
-                    );
-                },
-            );
+        |picked| reflect(level, points, picked, lights, wanted),
+        #[inline(always)]
+        |sums, c, cs, lane| {
+            let reflected = ReflectedChannel {
+                ambient: finite(sums.ambient[c][lane]),
+                diffuse: finite(sums.diffuse[c][lane]),
+                specular: finite(sums.specular[c][lane]),
+            };
+            color(c, cs, reflected)
         },
     );
 }
@@ -63,57 +53,49 @@ pub(super) fn write_facing(
     out: &mut ShadedPoints,
     color: impl Fn(f32, f32) -> f32,
 ) {
-    level.run(
+    write_each(
+        level,
+        points,
+        vertices,
+        out,
         #[inline(always)]
-        || {
-            each_picked(
-                points,
-                vertices,
-                #[inline(always)]
-                |picked| {
-                    let cos = dot(&normalize(&picked.load(&points.n)), &normalize(&picked.load(&points.i)));
-                    write(
-                        points,
-                        picked,
-                        out,
-                        #[inline(always)]
-                        |_, cs, lane| color(cs, cos[lane]),
-                    );
-                },
-            );
-        },
+        |picked| dot(&normalize(&picked.load(&points.n)), &normalize(&picked.load(&points.i))),
+        #[inline(always)]
+        |cos, _, cs, lane| color(cs, cos[lane]),
     );
 }
 
-/// Calls `visit` with all of `vertices`, up to 16 at a time.
+/// Writes Oi = Os, Ci = Os * `color(known, channel, Cs, lane)` at `vertices`; what is `known` is found out for 16 at a time.
 #[inline(always)]
-fn each_picked(points: &ShadingPoints, vertices: &[u32], mut visit: impl FnMut(&Picked)) {
-    let mut left = vertices;
-    while !left.is_empty() {
-        let (picked, rest) = Picked::next(left, points.p.len());
-        visit(&picked);
-        left = rest;
-    }
-}
-
-/// Writes Oi = Os, Ci = Os * `color(channel, Cs, lane)`.
-#[inline(always)]
-fn write(
+fn write_each<T>(
+    level: SimdLevel,
     points: &ShadingPoints,
-    picked: &Picked,
+    vertices: &[u32],
     out: &mut ShadedPoints,
-    color: impl Fn(usize, f32, usize) -> f32,
+    find: impl Fn(&Picked) -> T,
+    color: impl Fn(&T, usize, f32, usize) -> f32,
 ) {
-    let (cs, os) = (picked.load(&points.cs), picked.load(&points.os));
-    let mut ci: Lanes3 = ZEROS;
-    // Channel by channel: vectors of three would not go in lanes.
-    for c in 0..3 {
-        for lane in 0..LANES {
-            ci[c][lane] = os[c][lane] * finite(color(c, cs[c][lane], lane));
-        }
-    }
-    picked.store(&mut out.oi, &os);
-    picked.store(&mut out.ci, &ci);
+    level.run(
+        #[inline(always)]
+        || {
+            let mut left = vertices;
+            while !left.is_empty() {
+                let (picked, rest) = Picked::next(left, points.p.len());
+                let known = find(&picked);
+                let (cs, os) = (picked.load(&points.cs), picked.load(&points.os));
+                let mut ci: Lanes3 = ZEROS;
+                // Channel by channel: vectors of three would not go in lanes.
+                for c in 0..3 {
+                    for lane in 0..LANES {
+                        ci[c][lane] = os[c][lane] * finite(color(&known, c, cs[c][lane], lane));
+                    }
+                }
+                picked.store(&mut out.oi, &os);
+                picked.store(&mut out.ci, &ci);
+                left = rest;
+            }
+        },
+    );
 }
 
 /// Up to 16 vertices.

@@ -87,7 +87,7 @@ impl OfTuple<'_> {
         let (of_shape, Scratch { at, listed, .. }) = (self.of_shape, scratch);
         let len = of_shape.some.len() * LANES;
         // All of the same length: nothing is checked within the loop.
-        let [c0, c1, c2, c3] = of_shape.corners;
+        let [c0, c1, c2, c3] = of_shape.corners(self.part.m + 1);
         let upper = at[c0..][..len].chunks_exact(LANES).zip(at[c1..][..len].chunks_exact(LANES));
         let lower = at[c2..][..len].chunks_exact(LANES).zip(at[c3..][..len].chunks_exact(LANES));
         for (ix, (&some, ((a0, a1), (a2, a3)))) in of_shape.some.iter().zip(upper.zip(lower)).enumerate() {

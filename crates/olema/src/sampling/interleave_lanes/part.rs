@@ -73,7 +73,6 @@ impl Part {
             let [all, _] = of_shapes;
             all.shape = Some(Shape::whole(Facing::Any));
             all.vertices = [0, 1, 2, 3];
-            all.corners = [0, 1, step + 1, step];
             all.some.resize(self.num.div_ceil(LANES), 0);
             firsts.for_each(|first| all.some[first / LANES] |= 1 << (first % LANES));
             return;
@@ -90,7 +89,7 @@ impl Part {
                     counts.backfacing += 1;
                     continue;
                 }
-                of_shape.add(draw, &micropolygon, corners, [first, step]);
+                of_shape.add(draw, &micropolygon, corners, first);
             }
         }
     }
@@ -101,30 +100,26 @@ impl Part {
 pub(super) struct OfShape {
     /// `None` as long as there are no such micropolygons.
     pub(super) shape: Option<Shape>,
-    /// What of [`MovingDraw::of_quad`] they are.
-    pub(super) number: usize,
     /// Which of the quad's vertices are its corners.
     pub(super) vertices: [usize; 4],
-    /// Corners, from the first vertex on.
-    pub(super) corners: [usize; 4],
     /// Which there are, 16 quads at a time.
     pub(super) some: Vec<u32>,
 }
 
 impl OfShape {
-    /// Adds the micropolygon of the quad that begins at vertex `first`; a row of vertices has `step`.
-    fn add(
-        &mut self,
-        draw: &MovingDraw,
-        micropolygon: &Micropolygon,
-        corners: [usize; 4],
-        [first, step]: [usize; 2],
-    ) {
+    /// Corners, from the first vertex on; a row of vertices has `step`.
+    #[inline(always)]
+    pub(super) fn corners(&self, step: usize) -> [usize; 4] {
+        let [a, b, c, d] = self.vertices;
+        let of_quad = [0, 1, step + 1, step];
+        [of_quad[a & 3], of_quad[b & 3], of_quad[c & 3], of_quad[d & 3]]
+    }
+
+    /// Adds the micropolygon of the quad that begins at vertex `first`.
+    fn add(&mut self, draw: &MovingDraw, micropolygon: &Micropolygon, corners: [usize; 4], first: usize) {
         self.shape = Some(Shape::of(micropolygon.triangles, draw.facing));
-        self.number = usize::from(micropolygon.triangles[0].0);
         let number = |vertex| corners.iter().position(|&corner| corner == vertex).unwrap_or(0);
         self.vertices = micropolygon.vertices.map(number);
-        self.corners = self.vertices.map(|vertex| [0, 1, step + 1, step][vertex]);
         if self.some.len() <= first / LANES {
             self.some.resize(first / LANES + 1, 0);
         }

@@ -4,7 +4,7 @@
 //! tests that are left out. Source: Fatahalian 2009, section 3.2.2.
 //!
 //! ```text
-//! for each tuple that can see a pixel of the region on the part
+//! for each tuple for which the part can be in the region, found 16 at a time
 //!     place    a lane per vertex: where it is
 //!     find     a lane per quad: the pixels whose place for the tuple is in its box, and of these the ones that hold the
 //!              tuple (`super::rows`); what it takes to test them is listed
@@ -24,6 +24,7 @@
 //! for 16 bits is halved until it is not; a single quad that is, is drawn by the twin.
 
 mod boxes;
+mod extents;
 mod listed;
 mod part;
 mod pending;
@@ -37,7 +38,8 @@ use super::interleave;
 use super::nomotion::{HitSink, SampleCounts};
 use super::rows::TupleRows;
 use crate::math::lanes::Lanes;
-use crate::math::simd::{LanesKernel, SimdLevel};
+use crate::math::simd::{LANES, LanesKernel, SimdLevel};
+use extents::Extents;
 use part::{OfShape, Part, Rectangle};
 use tuple::{OfTuple, Scratch};
 
@@ -99,10 +101,17 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
             part.micropolygons(draw, counts, micropolygons);
             for of_shape in micropolygons.iter().filter(|of_shape| of_shape.shape.is_some()) {
                 scratch.renew(part);
-                for (place, &tuple_ix) in draw.pattern.by_time().iter().enumerate() {
-                    if draw.has_tuple(tuple_ix) {
-                        let mut tuple = OfTuple::new(draw, rows, part, of_shape, tuple_ix, place);
-                        tuple.draw(lanes, scratch, counts, sink);
+                for (ix, segment) in part.packed.segments.iter().enumerate() {
+                    let places = draw.grid.times.in_order().places(ix, draw.times);
+                    for first in places.clone().step_by(LANES) {
+                        let active = 0xffff >> LANES.saturating_sub(places.end - first);
+                        let mut extents = Extents::new(lanes, draw, segment, first, active);
+                        while extents.some != 0 {
+                            let lane = extents.some.trailing_zeros() as usize;
+                            extents.some &= extents.some - 1;
+                            let mut tuple = OfTuple::new(draw, rows, part, of_shape, segment, first + lane);
+                            tuple.draw(lanes, extents.pixels(lane), scratch, counts, sink);
+                        }
                     }
                 }
                 scratch.pending.test(lanes, part, of_shape, counts, sink);

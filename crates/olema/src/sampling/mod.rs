@@ -27,6 +27,7 @@ pub mod buffer;
 mod cull;
 pub mod draw;
 pub mod hash;
+mod in_order;
 pub mod inside;
 pub mod interleave;
 mod interleave_lanes;

@@ -21,6 +21,7 @@
 
 use std::ops::Range;
 
+use super::in_order::InOrder;
 use super::inside::{GUARD_BAND, greater, lesser};
 use super::nomotion::GridView;
 use super::pattern::{SamplePattern, StratumBounds, Tuple};
@@ -47,6 +48,7 @@ pub struct TupleTimes {
     tuples: Vec<LocalTime>,
     strata: Vec<[LocalTime; 2]>,
     lanes: Vec<StratumGroup>,
+    in_order: InOrder,
 }
 
 impl TupleTimes {
@@ -66,17 +68,24 @@ impl TupleTimes {
             tuples: Vec::new(),
             strata: Vec::new(),
             lanes: stratum_groups(pattern, key_times.len().max(1)),
+            in_order: InOrder::default(),
         };
         times.tuples = pattern.tuples().iter().map(|tuple| times.locate(tuple.t15)).collect();
         times.strata = (0..pattern.samples_per_pixel())
             .map(|stratum| pattern.stratum_bounds(stratum).t15.map(|t15| times.locate(t15)))
             .collect();
+        times.in_order = InOrder::new(pattern, (times.num_keys() - 1).max(1), &times.tuples);
         times
     }
 
     /// The strata as vectors; none where there is more than one segment.
     pub(super) fn stratum_groups(&self) -> &[StratumGroup] {
         &self.lanes
+    }
+
+    /// The tuples as vectors, in the order of time.
+    pub(super) fn in_order(&self) -> &InOrder {
+        &self.in_order
     }
 
     /// Times of the keys.

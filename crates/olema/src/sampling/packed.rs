@@ -78,6 +78,9 @@ pub(super) struct PackedSegment {
     pub depth: [Vec<f32>; 2],
     /// How far they are from each other.
     pub spread: Spread,
+    /// Least and greatest place, what these move until the second key, least and greatest circle of confusion: the corners
+    /// of boxes around them, pairs.
+    pub corners: [[i32; 3]; 2],
     /// What moves too far for 16 bits; the fields above but the depths are not filled then.
     pub wide: Option<Wide>,
 }
@@ -96,6 +99,7 @@ const MOST_WIDE: i32 = 1 << 23;
 
 impl PackedSegment {
     /// Packs ranges of vertices, one after the other; whether they fit.
+    #[inline(always)]
     fn pack(
         &mut self,
         grid: &MovingGrid,
@@ -105,30 +109,53 @@ impl PackedSegment {
     ) -> bool {
         self.spread = Spread::of(grid, segment, vertices.clone());
         let Some(origin) = self.spread.origin() else { return false };
-        let PackedSegment { place, motion, coc, coc_change, depth, .. } = self;
-        [&mut *place, &mut *motion, &mut *coc, &mut *coc_change].into_iter().for_each(Vec::clear);
-        depth.iter_mut().for_each(Vec::clear);
         let zero = origin.map(|px| px * 256);
+        let mut len = 0;
+        for range in vertices.clone() {
+            len += range.len();
+        }
+        let PackedSegment { place, motion, coc, coc_change, depth, .. } = self;
+        for list in [&mut *place, &mut *motion, &mut *coc, &mut *coc_change] {
+            list.resize(len + LANES, 0);
+        }
+        depth.iter_mut().for_each(|depth| depth.resize(len + LANES, 0.0));
+        let mut first = 0;
         for range in vertices {
-            let [x, y] = [&grid.x, &grid.y].map(|values| grid.ends_of(values, &range, segment));
-            let both = || x[0].iter().zip(x[1]).zip(y[0].iter().zip(y[1]));
-            place.extend(both().map(|((x, _), (y, _))| pair(x - zero[0], y - zero[1])));
-            motion.extend(both().map(|((x0, x1), (y0, y1))| pair(x1 - x0, y1 - y0)));
+            let (part, num) = (first..first + range.len(), range.len());
+            // All of the same length, so that the loops need no checks and go in lanes.
+            let ([x0, x1], [y0, y1]) =
+                (grid.ends_of(grid.x, &range, segment), grid.ends_of(grid.y, &range, segment));
+            let ends = x0[..num].iter().zip(&x1[..num]).zip(y0[..num].iter().zip(&y1[..num]));
+            let out = place[part.clone()].iter_mut().zip(&mut motion[part.clone()]);
+            for ((place, motion), ((x0, x1), (y0, y1))) in out.zip(ends) {
+                *place = pair(x0 - zero[0], y0 - zero[1]);
+                *motion = pair(x1 - x0, y1 - y0);
+            }
             if !grid.coc.is_empty() {
                 let [c0, c1] = grid.ends_of(grid.coc, &range, segment);
-                coc.extend(c0.iter().map(|&c| pair(c, c)));
-                coc_change.extend(c0.iter().zip(c1).map(|(c0, c1)| pair(c1 - c0, c1 - c0)));
+                let out = coc[part.clone()].iter_mut().zip(&mut coc_change[part.clone()]);
+                for ((coc, change), (c0, c1)) in out.zip(c0[..num].iter().zip(&c1[..num])) {
+                    *coc = pair(*c0, *c0);
+                    *change = pair(c1 - c0, c1 - c0);
+                }
             }
-            let z = grid.ends_of(grid.depth, &range, segment);
-            depth.iter_mut().zip(z).for_each(|(depth, z)| depth.extend_from_slice(z));
+            let [z0, z1] = grid.ends_of(grid.depth, &range, segment);
+            depth[0][part.clone()].copy_from_slice(z0);
+            depth[1][part.clone()].copy_from_slice(z1);
+            first = part.end;
         }
-        self.is_sharp = coc.iter().chain(&*coc_change).all(|&coc| coc == 0);
-        let len = place.len() + LANES;
-        for values in [place, motion, coc, coc_change] {
-            values.resize(len, values.last().copied().unwrap_or_default());
+        self.is_sharp = self.spread.coc == [0; 2];
+        if self.is_sharp {
+            coc.fill(0);
+            coc_change.fill(0);
         }
-        depth.iter_mut().for_each(|depth| depth.resize(len, 0.0));
+        for list in [place, motion, coc, coc_change] {
+            let last = list[len - 1];
+            list[len..].fill(last);
+        }
+        depth.iter_mut().for_each(|depth| depth[len..].fill(0.0));
         self.frame = Frame::new(origin, region);
+        self.corners = self.spread.corners(zero);
         self.wide = None;
         true
     }
@@ -204,6 +231,7 @@ impl Default for Spread {
 }
 
 impl Spread {
+    #[inline(always)]
     fn of(grid: &MovingGrid, segment: usize, vertices: impl Iterator<Item = Range<usize>>) -> Self {
         let mut boxes = [Extent::EMPTY; 2];
         let (mut coc, mut most_motion) = ([i32::MAX, i32::MIN], 0);
@@ -211,18 +239,16 @@ impl Spread {
             for (axis, values) in [grid.x, grid.y].into_iter().enumerate() {
                 let [from, to] = grid.ends_of(values, &range, segment);
                 for (extent, values) in boxes.iter_mut().zip([from, to]) {
-                    extent.least[axis] = values.iter().fold(extent.least[axis], |least, &v| least.min(v));
-                    extent.most[axis] = values.iter().fold(extent.most[axis], |most, &v| most.max(v));
+                    [extent.least[axis], extent.most[axis]] =
+                        widened([extent.least[axis], extent.most[axis]], values);
                 }
-                most_motion = from.iter().zip(to).fold(most_motion, |most, (a, b)| most.max((b - a).abs()));
+                for (from, to) in from.iter().zip(to) {
+                    most_motion = most_motion.max((to - from).abs());
+                }
             }
             if !grid.coc.is_empty() {
                 let [c0, c1] = grid.ends_of(grid.coc, &range, segment);
-                let both = || c0.iter().chain(c1);
-                coc = [
-                    both().fold(coc[0], |least, &c| least.min(c)),
-                    both().fold(coc[1], |most, &c| most.max(c)),
-                ];
+                coc = widened(widened(coc, c0), c1);
             } else {
                 coc = [0; 2];
             }
@@ -242,15 +268,26 @@ impl Spread {
         fits.then(|| middle(&all))
     }
 
-    /// A box around the vertices at a time of 0 to 1 of the segment, seen from a place on the lens, in 1/256 px;
-    /// what is rounded included.
-    #[inline(always)]
-    pub fn at(&self, t: f32, lens: [f32; 2]) -> Extent {
+    /// See [`PackedSegment::corners`]; from `zero` on, which is near enough for 16 bits.
+    fn corners(&self, zero: [i32; 2]) -> [[i32; 3]; 2] {
+        let [from, to] = &self.boxes;
+        let ends = [[from.least, to.least], [from.most, to.most]];
+        [0, 1].map(|end| {
+            let ([[x0, y0], [x1, y1]], coc) = (ends[end], self.coc[end]);
+            [pair(x0 - zero[0], y0 - zero[1]), pair(x1 - x0, y1 - y0), pair(coc, coc)]
+        })
+    }
+
+    /// A box around the vertices for a tuple, of which the local time and the lens place are pairs, in 1/256 px; what is
+    /// rounded included.
+    pub fn of_tuple(&self, time: i32, lens: i32) -> Extent {
+        let fraction = |half: i32| f64::from(half) / 32_768.0;
+        let (t, lens) = (fraction(time >> 16), [fraction((lens as i16).into()), fraction(lens >> 16)]);
         let [from, to] = &self.boxes;
         let mut extent = Extent::EMPTY;
         for (axis, lens) in lens.into_iter().enumerate() {
-            let between = |a: i32, b: i32| f64::from(a) + f64::from(t) * (f64::from(b) - f64::from(a));
-            let [a, b] = self.coc.map(|coc| f64::from(lens) * f64::from(coc));
+            let between = |a: i32, b: i32| f64::from(a) + t * (f64::from(b) - f64::from(a));
+            let [a, b] = self.coc.map(|coc| lens * f64::from(coc));
             extent.least[axis] = (between(from.least[axis], to.least[axis]) + a.min(b) - 2.0) as i32;
             extent.most[axis] = (between(from.most[axis], to.most[axis]) + a.max(b) + 2.0) as i32;
         }
@@ -263,6 +300,15 @@ impl Spread {
     }
 }
 
+/// A range of values, widened by some more.
+#[inline(always)]
+fn widened([mut least, mut most]: [i32; 2], values: &[i32]) -> [i32; 2] {
+    for &value in values {
+        (least, most) = (least.min(value), most.max(value));
+    }
+    [least, most]
+}
+
 /// Vertices over all segments.
 #[derive(Debug, Default)]
 pub(super) struct Packed {
@@ -272,24 +318,33 @@ pub(super) struct Packed {
 
 impl Packed {
     /// Packs ranges of vertices, one after the other; whether they fit in all segments.
+    #[inline(always)]
     pub fn pack(&mut self, draw: &MovingDraw, vertices: impl Iterator<Item = Range<usize>> + Clone) -> bool {
-        let num_segments = (draw.grid.num_keys() - 1).max(1);
-        self.segments.resize_with(num_segments, PackedSegment::default);
-        let mut segments = self.segments.iter_mut().enumerate();
-        segments.all(|(ix, segment)| segment.pack(&draw.grid, ix, vertices.clone(), &draw.samples.region))
+        self.make_room(draw);
+        for (ix, segment) in self.segments.iter_mut().enumerate() {
+            if !segment.pack(&draw.grid, ix, vertices.clone(), &draw.samples.region) {
+                return false;
+            }
+        }
+        true
     }
-}
 
-impl Packed {
     /// As [`Self::pack`], in 32 bits where vertices move too far.
+    #[inline(always)]
     pub fn pack_any(&mut self, draw: &MovingDraw, vertices: &[Range<usize>]) -> bool {
+        self.make_room(draw);
+        for (ix, segment) in self.segments.iter_mut().enumerate() {
+            let fits = segment.pack(&draw.grid, ix, vertices.iter().cloned(), &draw.samples.region);
+            if !fits && !segment.pack_wide(&draw.grid, ix, vertices) {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn make_room(&mut self, draw: &MovingDraw) {
         let num_segments = (draw.grid.num_keys() - 1).max(1);
         self.segments.resize_with(num_segments, PackedSegment::default);
-        let mut segments = self.segments.iter_mut().enumerate();
-        segments.all(|(ix, segment)| {
-            segment.pack(&draw.grid, ix, vertices.iter().cloned(), &draw.samples.region)
-                || segment.pack_wide(&draw.grid, ix, vertices)
-        })
     }
 }
 

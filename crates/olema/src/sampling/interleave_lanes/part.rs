@@ -27,6 +27,7 @@ pub(super) struct Part {
 
 impl Part {
     /// Packs a rectangle; whether it fits.
+    #[inline(always)]
     pub(super) fn pack(&mut self, draw: &MovingDraw, [i, j]: Rectangle) -> bool {
         let stride = draw.grid.m + 1;
         let row_of = |row: usize| row * stride + i[0]..row * stride + i[1] + 1;

@@ -55,60 +55,50 @@ impl<'a> OfTuple<'a> {
         rows: &'a TupleRows,
         part: &'a Part,
         of_shape: &'a OfShape,
-        tuple_ix: u32,
+        segment: &'a PackedSegment,
         place_in_time: usize,
     ) -> Self {
-        let time = draw.grid.times.of_tuple(tuple_ix);
+        let tuple_ix = draw.pattern.by_time()[place_in_time];
         OfTuple {
             draw,
             rows,
             part,
             of_shape,
-            segment: &part.packed.segments[usize::from(time.segment)],
-            frame: part.packed.segments[usize::from(time.segment)].frame,
+            segment,
+            frame: segment.frame,
             tuple: draw.pattern.tuples()[tuple_ix as usize],
-            time,
+            time: draw.grid.times.of_tuple(tuple_ix),
             place_in_time,
             stratum: (tuple_ix / (draw.pattern.tile() * draw.pattern.tile())) as i32,
         }
     }
 
-    /// Tests the samples that hold the tuple, or leaves them to wait.
+    /// Tests the samples that hold the tuple, or leaves them to wait. The part is within `pixels` of the region, first and
+    /// last along x and along y.
     #[inline(always)]
     pub(super) fn draw<L: Lanes, S: HitSink>(
         &mut self,
         lanes: L,
+        pixels: [i32; 4],
         scratch: &mut Scratch,
         counts: &mut SampleCounts,
         sink: &mut S,
     ) {
-        let t = f32::from(self.time.t15) * (1.0 / 32_768.0);
-        let lens = [self.tuple.u15, self.tuple.v15].map(|fraction| f32::from(fraction) * (1.0 / 32_768.0));
-        let extent = self.segment.spread.at(t, lens);
-        let region = self.draw.samples.region;
-        // Pixels that the part can overlap, in the region.
-        let [x0, y0] = extent.least.map(|least| least >> 8);
-        let [x1, y1] = extent.most.map(|most| most >> 8);
-        let [x0, y0] = [x0.max(region.x0) - region.x0, y0.max(region.y0) - region.y0];
-        let [x1, y1] = [x1.min(region.x1 - 1) - region.x0, y1.min(region.y1 - 1) - region.y0];
-        if x0 > x1 || y0 > y1 {
-            return;
-        }
         match &self.segment.wide {
-            Some(wide) => self.place_wide(lanes, wide, &extent, scratch),
+            Some(wide) => self.place_wide(lanes, wide, scratch),
             None => self.place(lanes, scratch),
         }
-        self.find_all(lanes, [x0, x1, y0, y1], scratch);
+        self.find_all(lanes, pixels, scratch);
         if scratch.listed.len > 0 {
-            self.place_depths(lanes, t, scratch);
+            self.place_depths(lanes, scratch);
             self.gather(lanes, scratch, counts, sink);
         }
     }
 
     /// Depths of the vertices.
     #[inline(always)]
-    fn place_depths<L: Lanes>(&self, lanes: L, t: f32, scratch: &mut Scratch) {
-        let t = lanes.splat_f(t);
+    fn place_depths<L: Lanes>(&self, lanes: L, scratch: &mut Scratch) {
+        let t = lanes.splat_f(f32::from(self.time.t15) * (1.0 / 32_768.0));
         let len = self.part.num.next_multiple_of(LANES);
         let [from, to] = &self.segment.depth;
         let ends = from[..len].chunks_exact(LANES).zip(to[..len].chunks_exact(LANES));

@@ -3,20 +3,20 @@
 use super::tuple::{OfTuple, Scratch};
 use crate::math::lanes::Lanes;
 use crate::math::simd::LANES;
-use crate::sampling::moving::Extent;
 use crate::sampling::packed::{Frame, Wide, middle};
 
 impl OfTuple<'_> {
-    /// Places the vertices, which are within `extent`, and the frame with them.
+    /// Places the vertices, and the frame with them.
     #[inline(always)]
     pub(super) fn place_wide<L: Lanes>(
         &mut self,
         lanes: L,
         wide: &Wide,
-        extent: &Extent,
         scratch: &mut Scratch,
     ) {
-        let origin = middle(extent);
+        let in_order = self.draw.grid.times.in_order();
+        let (time, lens) = (in_order.time[self.place_in_time], in_order.lens[self.place_in_time]);
+        let origin = middle(&self.segment.spread.of_tuple(time, lens));
         self.frame = Frame::new(origin, &self.draw.samples.region);
         let [ox, oy] = [lanes.splat(origin[0] * 256), lanes.splat(origin[1] * 256)];
         let len = self.part.num.next_multiple_of(LANES);

@@ -159,20 +159,17 @@ impl TileBuffers {
 
     /// Adds the vertices of the nearest opaque hits to [`Self::used`].
     pub fn note_used(&mut self) {
-        let mut last = Payload::NONE;
-        let (_, payloads, _) = self.nearest.lists(0..self.nearest.len());
-        for payload in payloads.iter().map(|&bits| Payload(bits as u32)) {
-            // Samples of a pixel often hit the same.
-            if payload == last || payload == Payload::NONE {
-                continue;
-            }
-            last = payload;
-            if !self.used.insert_known(payload)
-                && let Some(shaded) = self.slots.grid(payload.slot())
-            {
-                self.used.insert(&shaded.grid, payload);
-            }
-        }
+        let TileBuffers { nearest, slots, used, .. } = self;
+        nearest.each_named(
+            #[inline(always)]
+            |payload| {
+                if !used.insert_known(payload)
+                    && let Some(shaded) = slots.grid(payload.slot())
+                {
+                    used.insert(&shaded.grid, payload);
+                }
+            },
+        );
     }
 
     /// Lets go of grids that no record names any more, so that memory does not grow with depth complexity.

@@ -11,7 +11,7 @@ use super::inside::{HitPoint, Weights};
 use super::nomotion::{HitPoints, HitsApart};
 use super::region::Region;
 use crate::math::lanes::Lanes;
-use crate::math::simd::LANES;
+use crate::math::simd::{LANES, LanesKernel, SimdLevel};
 
 /// What was hit: grid slot, micropolygon and triangle in 32 bits.
 ///
@@ -208,6 +208,12 @@ impl SampleBuffer {
         record(self.depths[sample_ix], self.payloads[sample_ix], self.weights[sample_ix])
     }
 
+    /// Calls `visit` with the payloads of all hits; those that are alike and near each other may be left out but for one.
+    #[inline(always)]
+    pub fn each_named(&self, visit: impl FnMut(Payload)) {
+        SimdLevel::best().run_lanes(EachNamed { payloads: &self.payloads, len: self.len, visit });
+    }
+
     /// The M records of a pixel of the region.
     pub fn pixel(&self, px: i32, py: i32) -> impl ExactSizeIterator<Item = Record> + '_ {
         let start = self.region.pixel_ix(px, py) * self.samples_per_pixel;
@@ -318,6 +324,40 @@ impl SampleBuffer {
             }
         }
         kept
+    }
+}
+
+struct EachNamed<'a, V> {
+    /// With room for a vector.
+    payloads: &'a [i32],
+    len: usize,
+    visit: V,
+}
+
+impl<V: FnMut(Payload)> LanesKernel for EachNamed<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self, lanes: L) {
+        let none = lanes.splat(Payload::NONE.0 as i32);
+        let mut named = [0; LANES];
+        for first in (0..self.len).step_by(LANES) {
+            let payloads = lanes.load(self.payloads, first);
+            let mut alike = lanes.eq(payloads, none);
+            // The sample before, and the ones above and beside it where a pixel has four columns.
+            for before in [1, 4, 5] {
+                if first >= before {
+                    alike =
+                        lanes.either(alike, lanes.eq(payloads, lanes.load(self.payloads, first - before)));
+                }
+            }
+            let some = 0xffff >> LANES.saturating_sub(self.len - first);
+            let new = some & !lanes.bits(alike);
+            lanes.store(lanes.compress(payloads, lanes.mask(new)), &mut named, 0);
+            for &payload in &named[..new.count_ones() as usize] {
+                (self.visit)(Payload(payload as u32));
+            }
+        }
     }
 }
 

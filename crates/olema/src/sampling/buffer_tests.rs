@@ -1,6 +1,9 @@
 //! What a buffer keeps, whatever the order of arrival.
 
+use std::collections::BTreeSet;
+
 use super::*;
+use crate::math::hash::hash32;
 use proptest::prelude::*;
 
 /// A canonical order that is not the order of the bits.
@@ -88,5 +91,28 @@ proptest! {
             }
         }
         prop_assert_eq!(draw(&hits), draw(&shuffled));
+    }
+}
+
+/// Payloads that come again at every distance up to a row of pixels, and samples that hit nothing.
+#[test]
+fn each_name_is_told() {
+    for num in [1usize, 3, 16, 70] {
+        let mut buffer = SampleBuffer::new(Region::new(0, num as i32, 0, 1), 3);
+        for sample in 0..buffer.len() {
+            let name = hash32(sample as u32 / 2) % 5;
+            if name != 0 {
+                buffer.offer(sample, hit(1.0, Payload::new(name, 7 * name, 1)), &order);
+            }
+        }
+        let expected: BTreeSet<u32> =
+            buffer.records().filter(|r| !r.is_none()).map(|r| r.payload.0).collect();
+        let (mut named, mut times) = (BTreeSet::new(), 0);
+        buffer.each_named(|payload| {
+            named.insert(payload.0);
+            times += 1;
+        });
+        assert_eq!(named, expected);
+        assert!(num < 70 || (expected.len() == 4 && times < 200), "{times} times");
     }
 }

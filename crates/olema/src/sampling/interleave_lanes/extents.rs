@@ -30,9 +30,9 @@ impl Extents {
         }
         let in_order = draw.grid.times.in_order();
         let (time, lens) = (lanes.load(&in_order.time, first), lanes.load(&in_order.lens, first));
-        let [least, most] = segment.corners.map(|[place, motion, coc]| {
-            [lanes.splat(place), lanes.splat(motion), lanes.splat(coc)]
-        });
+        let [least, most] = segment
+            .corners
+            .map(|[place, motion, coc]| [lanes.splat(place), lanes.splat(motion), lanes.splat(coc)]);
         // Rounded as vertices are, which are between these corners at both keys and so stay there.
         let (coc0, coc1) = (lanes.scale2(lens, least[2]), lanes.scale2(lens, most[2]));
         let least = lanes.add2(least[0], lanes.scale2(time, least[1]));
@@ -41,7 +41,8 @@ impl Extents {
         let most = lanes.add2(most, lanes.max2(coc0, coc1));
         let first_px = lanes.max2(lanes.shr2(least, 8), lanes.splat(segment.frame.first_px));
         let last_px = lanes.min2(lanes.shr2(most, 8), lanes.splat(segment.frame.last_px));
-        let signs = lanes.and(lanes.sub2(last_px, first_px), lanes.splat(pair(i16::MIN.into(), i16::MIN.into())));
+        let signs =
+            lanes.and(lanes.sub2(last_px, first_px), lanes.splat(pair(i16::MIN.into(), i16::MIN.into())));
         let some = lanes.bits(lanes.eq(signs, lanes.splat(0))) & active;
         let mut pixels = [[0; LANES]; 2];
         lanes.store(first_px, &mut pixels[0], 0);

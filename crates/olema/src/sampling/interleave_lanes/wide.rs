@@ -8,12 +8,7 @@ use crate::sampling::packed::{Frame, Wide, middle};
 impl OfTuple<'_> {
     /// Places the vertices, and the frame with them.
     #[inline(always)]
-    pub(super) fn place_wide<L: Lanes>(
-        &mut self,
-        lanes: L,
-        wide: &Wide,
-        scratch: &mut Scratch,
-    ) {
+    pub(super) fn place_wide<L: Lanes>(&mut self, lanes: L, wide: &Wide, scratch: &mut Scratch) {
         let in_order = self.draw.grid.times.in_order();
         let (time, lens) = (in_order.time[self.place_in_time], in_order.lens[self.place_in_time]);
         let origin = middle(&self.segment.spread.of_tuple(time, lens));

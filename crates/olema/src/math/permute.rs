@@ -3,8 +3,10 @@
 //! In: a table of 16 lanes and 16 numbers. Out: the lane of that number, for each. One instruction with AVX-512, two and
 //! a choice for each half with AVX2, which the crate of vectors offers for bytes only; elsewhere lane by lane.
 
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+use fearless_simd::Level;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, i32x16};
+use fearless_simd::{Simd, i32x16};
 
 use super::simd::LANES;
 

@@ -3,8 +3,11 @@
 //! In: two vectors of pairs. Out: `(a b + 2^14) >> 15` of each. One instruction on x86 (`pmulhrsw`), which the crate of
 //! vectors does not offer; elsewhere two dot products of pairs.
 
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, i32x8, i32x16};
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+use fearless_simd::{Level, i32x8};
+use fearless_simd::{Simd, i32x16};
 
 use super::lanes::Lanes;
 

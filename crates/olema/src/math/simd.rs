@@ -4,7 +4,9 @@
 //! Rust without branches, so the scalar function and the kernel are one text and give the same bits on every level:
 //! lanes do not change the order of operations within a value, and nothing is fused.
 
-use fearless_simd::{Level, Simd, dispatch};
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+use fearless_simd::Simd;
+use fearless_simd::{Level, dispatch};
 
 use super::lanes::Lanes;
 
@@ -47,6 +49,10 @@ impl SimdLevel {
             Level::Avx2(_) => return "avx2",
             Level::Sse4_2(_) => return "sse4.2",
             _ => {}
+        }
+        #[cfg(target_arch = "aarch64")]
+        if let Level::Neon(_) = self.0 {
+            return "neon";
         }
         "baseline"
     }

@@ -90,6 +90,8 @@ pub trait Lanes: Copy {
     fn compress(self, a: Self::I, m: Self::M) -> Self::I;
     /// The lanes of `a`, then of `b`, that have even numbers; and those that have odd ones.
     fn deinterleave(self, a: Self::I, b: Self::I) -> (Self::I, Self::I);
+    /// The lanes of `a` and `b` in turn, which [`Self::deinterleave`] takes apart.
+    fn interleave(self, a: Self::I, b: Self::I) -> (Self::I, Self::I);
 
     /// a + b of pairs.
     fn add2(self, a: Self::I, b: Self::I) -> Self::I;
@@ -293,6 +295,10 @@ impl<S: Simd> Lanes for S {
     #[inline(always)]
     fn deinterleave(self, a: Self::I, b: Self::I) -> (Self::I, Self::I) {
         self.deinterleave_i32x16(a, b)
+    }
+    #[inline(always)]
+    fn interleave(self, a: Self::I, b: Self::I) -> (Self::I, Self::I) {
+        self.interleave_i32x16(a, b)
     }
 
     #[inline(always)]

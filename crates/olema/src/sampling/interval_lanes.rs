@@ -10,8 +10,8 @@
 //! ```
 //!
 //! The samples of a row lie side by side and know their time and lens place, so nothing is gathered. A sample that is
-//! outside of its own stratum's box costs a lane and cannot be hit. What does not fit in 16 bits, or has longer rows than
-//! [`MOST_STEPS_PX`] pixels, is drawn by the twin.
+//! outside of its own stratum's box costs a lane and cannot be hit. What does not fit in 16 bits with all of its path and
+//! circles of confusion, or has longer rows than [`MOST_STEPS_PX`] pixels, is drawn by the twin.
 
 use super::draw::{Micropolygon, MovingDraw, Reach};
 use super::nomotion::{HitSink, SampleCounts};
@@ -81,7 +81,8 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
         let draw = self.draw;
         let grid = &draw.grid;
         let (mut whole, mut apart) = (Packed::default(), Packed::default());
-        let fits = whole.pack(draw, std::iter::once(0..grid.num_vertices()));
+        // All samples in a box are tested, also those of tuples that see the micropolygon at its other end.
+        let fits = whole.pack(draw, std::iter::once(0..grid.num_vertices())) && whole.stays_near();
         for quad in 0..grid.m * grid.n {
             let corners = grid.corners(quad % grid.m, quad / grid.m);
             if draw.is_skipped(corners) {
@@ -101,6 +102,7 @@ impl<S: HitSink> LanesKernel for Kernel<'_, S> {
                     )
                 } else {
                     apart.pack(draw, micropolygon.vertices.into_iter().map(|vertex| vertex..vertex + 1))
+                        && apart.stays_near()
                         && self.draw_quad(
                             lanes,
                             &micropolygon,

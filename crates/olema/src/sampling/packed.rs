@@ -342,6 +342,16 @@ impl Packed {
         true
     }
 
+    /// Whether all vertices are within [`MOST`] of each other at any two times and lens places, so that a sample among them
+    /// can be tested for a tuple for which the micropolygon is elsewhere.
+    pub fn stays_near(&self) -> bool {
+        self.segments.iter().all(|segment| {
+            let [mut all, end] = segment.spread.boxes;
+            all.add(end);
+            segment.spread.is_small(&all, MOST)
+        })
+    }
+
     fn make_room(&mut self, draw: &MovingDraw) {
         let num_segments = (draw.grid.num_keys() - 1).max(1);
         self.segments.resize_with(num_segments, PackedSegment::default);

@@ -27,6 +27,7 @@
 
 use super::hash::{Permutation, hash, unit};
 use super::lens::LensShape;
+use super::rows::TileRows;
 use super::shutter::ShutterShape;
 use super::sobol::scrambled_order;
 use super::strata::{P, Q, Strata, T, X, Y, positions_of_cell};
@@ -132,6 +133,8 @@ pub struct SamplePattern {
     /// Tuples of the samples of a tile's pixels under each set, and their places in the pixel as pairs of 16 bits, at
     /// ((set * K^2 + pixel) * M + j); none where they are too many.
     laid: (Vec<u32>, Vec<i32>),
+    /// `None` where they are too many.
+    tile_rows: Option<TileRows>,
 }
 
 /// Samples of pixels that are laid out at most (512 KiB).
@@ -172,7 +175,9 @@ impl SamplePattern {
         by_time.sort_by_key(|&ix| (tuples[ix as usize].t15, ix));
         let permutations = Permutations::Computed;
         let laid = Default::default();
-        let mut pattern = SamplePattern { spec, strata, tuples, bounds, permutations, by_time, laid };
+        let tile_rows = None;
+        let mut pattern =
+            SamplePattern { spec, strata, tuples, bounds, permutations, by_time, laid, tile_rows };
         let num_entries = u64::from(pattern.spec.permutations) * pattern.tuples.len() as u64;
         if num_entries <= STORED {
             pattern.permutations = Permutations::Stored(pattern.all_permutations());
@@ -181,6 +186,7 @@ impl SamplePattern {
             let pixels = (0..pattern.spec.permutations)
                 .flat_map(|set| (0..pattern.num_ranks()).map(move |pixel| [set, pixel]));
             pattern.laid = pixels.flat_map(|[set, pixel]| pattern.lay_out(set, pixel)).unzip();
+            pattern.tile_rows = TileRows::new(&pattern);
         }
         pattern
     }
@@ -283,6 +289,12 @@ impl SamplePattern {
             let to = tuples.iter_mut().zip(places);
             to.zip(self.lay_out(set, pixel)).for_each(|((tuple, place), laid)| (*tuple, *place) = laid);
         }
+    }
+
+    /// See [`TileRows`].
+    #[inline(always)]
+    pub(super) fn tile_rows(&self) -> Option<&TileRows> {
+        self.tile_rows.as_ref()
     }
 
     fn lay_out(&self, set: u32, pixel: u32) -> impl Iterator<Item = (u32, i32)> {

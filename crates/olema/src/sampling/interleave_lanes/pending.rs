@@ -14,6 +14,9 @@ use crate::sampling::test_lanes::{Shape, test};
 /// Samples that wait at most; what they need stays in the fastest cache.
 const MOST: usize = 256;
 
+/// What is known of two vertices.
+const SIDE: usize = 4;
+
 /// Samples to test. Lists have room for a vector.
 #[derive(Default)]
 pub(super) struct Pending {
@@ -24,10 +27,8 @@ pub(super) struct Pending {
     sample: Vec<i32>,
     /// First vertices of the quads.
     quad: Vec<i32>,
-    /// Positions of a quad's first and second vertex, and of its fourth and third.
-    at: [Vec<i32>; 2],
-    /// Bits of their depths.
-    depth: [Vec<i32>; 2],
+    /// Position and bits of the depth of a quad's first and second vertex, and of its fourth and third.
+    sides: [Vec<i32>; 2],
     hits: Hits,
 }
 
@@ -44,9 +45,9 @@ struct Hits {
 impl Pending {
     pub(super) fn renew(&mut self) {
         self.len = 0;
-        let Pending { place, sample, quad, at, depth, hits, .. } = self;
+        let Pending { place, sample, quad, sides, hits, .. } = self;
         [place, sample, quad].into_iter().for_each(|list| list.resize(MOST + LANES, 0));
-        at.iter_mut().chain(depth).for_each(|list| list.resize(2 * (MOST + LANES), 0));
+        sides.iter_mut().for_each(|list| list.resize(SIDE * (MOST + LANES), 0));
         // Both triangles of a folded quad may be hit.
         let Hits { sample, code, depth, weights, .. } = hits;
         [sample, code, depth, weights].into_iter().for_each(|list| list.resize(2 * MOST + LANES, 0));
@@ -78,7 +79,7 @@ impl OfTuple<'_> {
     /// Gathers what it takes to test `num` of the list, `from` one on.
     #[inline(always)]
     fn gather_some<L: Lanes>(&self, lanes: L, scratch: &mut Scratch, from: usize, num: usize) {
-        let Scratch { at, depth, listed, pending } = scratch;
+        let Scratch { vertices, listed, pending, .. } = scratch;
         let samples = self.draw.samples;
         for first in (0..num).step_by(LANES) {
             let entry = lanes.load(&listed.entries, from + first);
@@ -94,21 +95,16 @@ impl OfTuple<'_> {
             lanes.store(sample, &mut pending.sample, pending.len + first);
             lanes.store(lanes.shr(entry, 16), &mut pending.quad, pending.len + first);
         }
-        // Two vertices are one word of 64 bits. All of the same length, so that a quad is checked once.
-        let (len, step) = (self.part.num + 1, self.part.m + 1);
-        let (upper, lower) = (&at[..len], &at[step..][..len]);
-        let (upper_z, lower_z) = (&depth[..len], &depth[step..][..len]);
-        let range = 2 * pending.len..2 * (pending.len + num);
-        let [at0, at1] = &mut pending.at;
-        let [z0, z1] = &mut pending.depth;
-        let out = at0[range.clone()].chunks_exact_mut(2).zip(at1[range.clone()].chunks_exact_mut(2));
-        let out_z = z0[range.clone()].chunks_exact_mut(2).zip(z1[range].chunks_exact_mut(2));
-        for ((entry, (at0, at1)), (z0, z1)) in listed.entries[from..from + num].iter().zip(out).zip(out_z) {
-            let quad = (entry >> 16) as usize;
-            at0.copy_from_slice(&upper[quad..quad + 2]);
-            at1.copy_from_slice(&lower[quad..quad + 2]);
-            z0.copy_from_slice(&upper_z[quad..quad + 2]);
-            z1.copy_from_slice(&lower_z[quad..quad + 2]);
+        // Two vertices are one vector of 128 bits. All of the same length, so that a quad is checked once.
+        let len = 2 * (self.part.num + 1);
+        let (upper, lower) = (&vertices[..len], &vertices[2 * (self.part.m + 1)..][..len]);
+        let range = SIDE * pending.len..SIDE * (pending.len + num);
+        let [out0, out1] = &mut pending.sides;
+        let out = out0[range.clone()].chunks_exact_mut(SIDE).zip(out1[range].chunks_exact_mut(SIDE));
+        for (entry, (out0, out1)) in listed.entries[from..from + num].iter().zip(out) {
+            let first = 2 * (entry >> 16) as usize;
+            out0.copy_from_slice(&upper[first..first + SIDE]);
+            out1.copy_from_slice(&lower[first..first + SIDE]);
         }
         pending.len += num;
     }
@@ -152,8 +148,7 @@ impl Pending {
         first: usize,
         active: u32,
     ) -> u32 {
-        let at = corners(lanes, &self.at, first, of_shape);
-        let z_bits = corners(lanes, &self.depth, first, of_shape);
+        let (at, z_bits) = corners(lanes, &self.sides, first, of_shape);
         let mut z = [lanes.splat_f(0.0); 4];
         for (z, &bits) in z.iter_mut().zip(&z_bits) {
             *z = lanes.of_bits(bits);
@@ -180,16 +175,29 @@ impl Pending {
     }
 }
 
-/// What the four corners of 16 micropolygons have, from pairs of a quad's vertices.
+/// Positions and bits of depths of the four corners of 16 micropolygons, from the sides of their quads.
 #[inline(always)]
-fn corners<L: Lanes>(lanes: L, pairs: &[Vec<i32>; 2], first: usize, of_shape: &OfShape) -> [L::I; 4] {
-    let [upper, lower] = pairs;
-    let (from, middle) = (2 * first, 2 * first + LANES);
-    let (v0, v1) = lanes.deinterleave(lanes.load(upper, from), lanes.load(upper, middle));
-    let (v3, v2) = lanes.deinterleave(lanes.load(lower, from), lanes.load(lower, middle));
-    let of_quad = [v0, v1, v2, v3];
+fn corners<L: Lanes>(
+    lanes: L,
+    [upper, lower]: &[Vec<i32>; 2],
+    first: usize,
+    of_shape: &OfShape,
+) -> ([L::I; 4], [L::I; 4]) {
+    let [[v0, v1], [z0, z1]] = side(lanes, upper, first);
+    let [[v3, v2], [z3, z2]] = side(lanes, lower, first);
+    let (at, z) = ([v0, v1, v2, v3], [z0, z1, z2, z3]);
     let [a, b, c, d] = of_shape.vertices;
-    [of_quad[a & 3], of_quad[b & 3], of_quad[c & 3], of_quad[d & 3]]
+    ([at[a & 3], at[b & 3], at[c & 3], at[d & 3]], [z[a & 3], z[b & 3], z[c & 3], z[d & 3]])
+}
+
+/// Positions and depths of the two vertices of 16 sides.
+#[inline(always)]
+fn side<L: Lanes>(lanes: L, sides: &[i32], first: usize) -> [[L::I; 2]; 2] {
+    let sides = &sides[SIDE * first..][..SIDE * LANES];
+    let (at, z) = lanes.deinterleave(lanes.load(sides, 0), lanes.load(sides, LANES));
+    let (more_at, more_z) = lanes.deinterleave(lanes.load(sides, 2 * LANES), lanes.load(sides, 3 * LANES));
+    let ((at0, at1), (z0, z1)) = (lanes.deinterleave(at, more_at), lanes.deinterleave(z, more_z));
+    [[at0, at1], [z0, z1]]
 }
 
 impl Hits {

@@ -18,8 +18,8 @@ use crate::sampling::test_lanes::depth_between;
 pub(super) struct Scratch {
     /// Where vertices are for a tuple, with room for a vector and a row.
     pub(super) at: Vec<i32>,
-    /// The bits of their depths, likewise.
-    pub(super) depth: Vec<i32>,
+    /// Of each in turn where it is and the bits of its depth, likewise.
+    pub(super) vertices: Vec<i32>,
     pub(super) listed: Listed,
     pub(super) pending: Pending,
 }
@@ -28,7 +28,7 @@ impl Scratch {
     pub(super) fn renew(&mut self, part: &Part) {
         let len = part.num + part.m + 2 + 2 * LANES;
         self.at.resize(len, 0);
-        self.depth.resize(len, 0);
+        self.vertices.resize(2 * len, 0);
         self.pending.renew();
     }
 }
@@ -95,16 +95,20 @@ impl<'a> OfTuple<'a> {
         }
     }
 
-    /// Depths of the vertices.
+    /// Puts the depths of the vertices beside their places.
     #[inline(always)]
     fn place_depths<L: Lanes>(&self, lanes: L, scratch: &mut Scratch) {
         let t = lanes.splat_f(f32::from(self.time.t15) * (1.0 / 32_768.0));
         let len = self.part.num.next_multiple_of(LANES);
         let [from, to] = &self.segment.depth;
         let ends = from[..len].chunks_exact(LANES).zip(to[..len].chunks_exact(LANES));
-        for (out, (from, to)) in scratch.depth[..len].chunks_exact_mut(LANES).zip(ends) {
+        let at = scratch.at[..len].chunks_exact(LANES);
+        let out = scratch.vertices[..2 * len].chunks_exact_mut(2 * LANES);
+        for ((out, at), (from, to)) in out.zip(at).zip(ends) {
             let depth = depth_between(lanes, lanes.load_f(from, 0), lanes.load_f(to, 0), t);
-            lanes.store(lanes.bits_of(depth), out, 0);
+            let (low, high) = lanes.interleave(lanes.load(at, 0), lanes.bits_of(depth));
+            lanes.store(low, out, 0);
+            lanes.store(high, out, LANES);
         }
     }
 

@@ -352,7 +352,7 @@ fn connected(
         return (patches, edges, warnings);
     }
     // Two lists of all points are more than a frame needs at any other time.
-    patches.floats = Vec::new();
+    (patches.floats, patches.bends) = (Vec::new(), Vec::new());
     let (mut finer, more) = patchify(scene, &refined);
     warnings.extend(more.into_iter().filter(|warning| !warnings.contains(warning)).collect::<Vec<_>>());
     // Points between keys agree where those at the keys do, as what is welded has the same.

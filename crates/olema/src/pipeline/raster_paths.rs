@@ -117,7 +117,8 @@ impl Places {
             };
             let in_depth = (z >= camera.near) & (z <= camera.far);
             let is_near = (px.abs() <= GUARD_BAND_PX) & (py.abs() <= GUARD_BAND_PX);
-            let is_fast = in_depth & is_near & !(coc.abs() > GUARD_BAND_PX);
+            let is_wide = coc.abs() > GUARD_BAND_PX;
+            let is_fast = in_depth & is_near & !is_wide;
             let none = f32::NAN;
             step[0][ix] = if is_fast { px } else { none };
             step[1][ix] = if is_fast { py } else { none };

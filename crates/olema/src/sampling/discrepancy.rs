@@ -37,7 +37,7 @@ impl Discrepancy {
         1.0 / self.pairs.len() as f64
     }
 
-    fn from_middle(&self, column: f64) -> f64 {
+    fn off_middle(&self, column: f64) -> f64 {
         ((column + 0.5) * self.width() - 0.5).abs()
     }
 
@@ -45,7 +45,7 @@ impl Discrepancy {
     pub fn set(&mut self, stratum: usize, columns: &[u16; 5]) {
         for (dim, &column) in columns.iter().enumerate() {
             let column = f64::from(column);
-            self.off[dim][stratum] = 0.9375 - 0.25 * self.from_middle(column);
+            self.off[dim][stratum] = 0.9375 - 0.25 * self.off_middle(column);
             self.columns[dim][stratum] = column;
         }
     }
@@ -69,7 +69,7 @@ impl Discrepancy {
         let all: f64 = self.pairs.iter().sum();
         // A point's own factor: 5/3 - 1/4 |a - 1/2| - 1/4 |a - 1/2|^2.
         let own = |columns: &Vec<f64>| {
-            let d = self.from_middle(columns[stratum]);
+            let d = self.off_middle(columns[stratum]);
             5.0 / 3.0 - 0.25 * d - 0.25 * d * d
         };
         let own: f64 = self.columns.iter().map(own).product();

@@ -144,7 +144,7 @@ fn rows_that_are_handed_out_make_up_the_picture() {
             }
         };
         let renderer = Renderer::new(settings).expect("valid");
-        renderer.render_rows(&scene, &Hooks::default(), &mut take).expect("rows");
+        renderer.render_rows(scene.clone(), &Hooks::default(), &mut take).expect("rows");
         assert!(next == expected.window_px[3] && bits(&collected) == bits(&expected), "tiles of {tile}");
     }
 }

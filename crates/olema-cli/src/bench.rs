@@ -4,13 +4,13 @@
 //!
 //! Each run is a process of its own, the same executable with `--alone`, so that its peak memory is that of the
 //! scene, and no run finds what another left in the allocator. Scenes are written in memory before the clock starts
-//! (see [`scenes`]); the peak has that text in it while it is read.
+//! (see [`scenes`]); the peak has in it what is not yet read of that text.
 
 mod report;
 mod rib;
 mod scenes;
+mod text;
 
-use std::io::Cursor;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
@@ -23,6 +23,7 @@ use crate::memory::Budget;
 use crate::{report as messages, stats_file, values};
 use report::Run;
 use scenes::{ALL, Source, Standard};
+use text::Text;
 
 /// Runs what was asked for. Returns the exit code.
 pub fn run(args: &BenchArgs) -> u8 {
@@ -107,18 +108,17 @@ fn draw(standard: Standard, threads: i32) -> Result<Run, Failure> {
     let clock = || began.elapsed().as_secs_f64();
     let hooks = Hooks { clock: Some(&clock), ..Hooks::default() };
     let renderer = Renderer::new(settings)?;
-    let mut stats = renderer.render_rows(&scene, &hooks, &mut |_| {})?;
+    let mut stats = renderer.render_rows(scene, &hooks, &mut |_| {})?;
     stats.seconds.read = read_seconds;
     stats.peak_memory = stats_file::peak_memory();
     Ok(Run::new(standard.name, renderer.settings(), &stats))
 }
 
 /// Reads a scene. A standard scene about which the reader has anything to say is a mistake in this program.
-fn read(name: &str, text: String, memory: Budget) -> Result<(Scene, Settings), Failure> {
+fn read(name: &str, text: Text, memory: Budget) -> Result<(Scene, Settings), Failure> {
     let fail = |problem: String| Failure::new(exit::SCENE, format!("scene {name}: {problem}"));
     let options = ReadOptions { memory: memory.reader(), ..ReadOptions::default() };
-    let stream = Box::new(Cursor::new(text));
-    let mut reader = RibReader::from_stream(name, stream, options);
+    let mut reader = RibReader::from_stream(name, Box::new(text), options);
     let frame = reader.next_frame().map_err(|error| fail(error.to_string()))?;
     if let Some(said) = reader.take_diagnostics().first() {
         return Err(fail(said.message.clone()));

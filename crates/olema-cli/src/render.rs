@@ -140,7 +140,7 @@ impl<'a> Job<'a> {
         let meter = Meter::new(self.args.progress, self.args.quiet, number);
         let mut picture = picture::begin(&path, renderer.settings(), display.as_ref())?;
         let mut pushed = Ok(());
-        let drawn = draw(&renderer, &scene, &meter, &self.interrupt, &mut |rows| {
+        let drawn = draw(&renderer, scene, &meter, &self.interrupt, &mut |rows| {
             if pushed.is_ok() {
                 pushed = picture.push(rows);
             }
@@ -194,7 +194,7 @@ impl<'a> Job<'a> {
 /// Calls the renderer with everything it may look at; `rows` gets the picture.
 fn draw(
     renderer: &Renderer,
-    scene: &olema::Scene,
+    scene: olema::Scene,
     meter: &Meter,
     interrupt: &Interrupt,
     rows: &mut (dyn FnMut(&Image) + Send),

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use olema::standard::{teapot, torus};
 
 use super::scenes::{Blur, Model};
+use super::text::Text;
 
 type Point = [f64; 3];
 
@@ -25,19 +26,23 @@ const EDGES_A_CREASE: usize = 5;
 
 /// The torus on which renderers are compared, as a sheet that goes through points of it: matte, one light, a box
 /// filter of one pixel.
-pub fn torus([width, height]: [u32; 2], samples: u32, blur: Blur) -> String {
-    let mut text = format!(
+pub fn torus([width, height]: [u32; 2], samples: u32, blur: Blur) -> Text {
+    let mut text = Text::default();
+    let _ = write!(
+        text,
         "Format {width} {height} 1\nPixelSamples {samples} {samples}\nPixelFilter \"box\" 1 1\n\
          ShadingInterpolation \"smooth\"\nShadingRate {TORUS_RATE}\nShutter 0 {}\n\
          Projection \"perspective\" \"fov\" [90]\nScreenWindow -0.4 0.4 -0.3 0.3\nClipping 0.1 100\n",
         u32::from(blur.motion)
     );
     if blur.lens {
-        text += "DepthOfField 1 0.1 4\n";
+        text.push_str("DepthOfField 1 0.1 4\n");
     }
-    text += "Translate 0 0 4\nScale 1 1 -1\nWorldBegin\n\
-             LightSource \"distantlight\" 1 \"intensity\" [1] \"from\" [1 2 4] \"to\" [0 0 0]\n\
-             Color [0.8 0.8 0.8]\nSurface \"matte\"\nBasis \"catmull-rom\" 1 \"catmull-rom\" 1\n";
+    text.push_str(
+        "Translate 0 0 4\nScale 1 1 -1\nWorldBegin\n\
+         LightSource \"distantlight\" 1 \"intensity\" [1] \"from\" [1 2 4] \"to\" [0 0 0]\n\
+         Color [0.8 0.8 0.8]\nSurface \"matte\"\nBasis \"catmull-rom\" 1 \"catmull-rom\" 1\n",
+    );
     let [nu, nv] = [24, 10].map(|waves| waves * POINTS_A_WAVE);
     keyed(&mut text, blur.motion, |text, time| {
         let _ = write!(text, "PatchMesh \"bicubic\" {nu} \"periodic\" {nv} \"periodic\" \"P\" [");
@@ -47,11 +52,12 @@ pub fn torus([width, height]: [u32; 2], samples: u32, blur: Blur) -> String {
         }
         text.push_str("]\n");
     });
-    text + "WorldEnd\n"
+    text.push_str("WorldEnd\n");
+    text
 }
 
 /// Writes a surface once, or at the two keys of a motion block.
-fn keyed(text: &mut String, moves: bool, mut write: impl FnMut(&mut String, f64)) {
+fn keyed(text: &mut Text, moves: bool, mut write: impl FnMut(&mut Text, f64)) {
     if moves {
         text.push_str("MotionBegin [0 1]\n");
         write(text, 0.0);
@@ -62,16 +68,18 @@ fn keyed(text: &mut String, moves: bool, mut write: impl FnMut(&mut String, f64)
     }
 }
 
-fn write_point(text: &mut String, [x, y, z]: Point) {
+fn write_point(text: &mut Text, [x, y, z]: Point) {
     // Seven digits are those of a 32-bit float; shared points are the same text.
     let _ = write!(text, "{x:.6} {y:.6} {z:.6} ");
 }
 
 /// A model in the view that all models have.
-pub fn model(model: Model, [width, height]: [u32; 2], samples: u32, blurred: bool) -> String {
+pub fn model(model: Model, [width, height]: [u32; 2], samples: u32, blurred: bool) -> Text {
     let ([cx, cy, cz], radius) = sphere(model);
     let distance = 2.6 * radius;
-    let mut text = format!(
+    let mut text = Text::default();
+    let _ = write!(
+        text,
         "Format {width} {height} 1\nPixelSamples {samples} {samples}\nPixelFilter \"gaussian\" 2 2\n\
          ShadingInterpolation \"smooth\"\nShadingRate 1\nShutter 0 {}\n\
          Projection \"perspective\" \"fov\" [40]\nClipping 0.01 1000\n",
@@ -92,15 +100,18 @@ pub fn model(model: Model, [width, height]: [u32; 2], samples: u32, blurred: boo
         -cx, -cy, -cz
     );
     if model == Model::Displaced {
-        text += "Attribute \"displacementbound\" \"sphere\" [0.1] \"coordinatesystem\" [\"shader\"]\n\
-                 Displacement \"fractal\" \"amplitude\" [0.08] \"frequency\" [4]\n";
+        text.push_str(
+            "Attribute \"displacementbound\" \"sphere\" [0.1] \"coordinatesystem\" [\"shader\"]\n\
+             Displacement \"fractal\" \"amplitude\" [0.08] \"frequency\" [4]\n",
+        );
     }
     match model {
         Model::Teapot => teapot_patches(&mut text, blurred),
         Model::Creature => creature(&mut text, blurred),
         Model::Tyre | Model::Displaced => tyre(&mut text, blurred),
     }
-    text + "WorldEnd\n"
+    text.push_str("WorldEnd\n");
+    text
 }
 
 /// Middle and radius of a sphere around a model.
@@ -118,7 +129,7 @@ fn turned([x, y, z]: Point, time: f64) -> Point {
     [cos * x - sin * y, sin * x + cos * y, z]
 }
 
-fn write_patch(text: &mut String, blurred: bool, points: &[Point; 16]) {
+fn write_patch(text: &mut Text, blurred: bool, points: &[Point; 16]) {
     keyed(text, blurred, |text, time| {
         text.push_str("Patch \"bicubic\" \"P\" [");
         points.iter().for_each(|&point| write_point(text, turned(point, time)));
@@ -126,14 +137,14 @@ fn write_patch(text: &mut String, blurred: bool, points: &[Point; 16]) {
     });
 }
 
-fn teapot_patches(text: &mut String, blurred: bool) {
+fn teapot_patches(text: &mut Text, blurred: bool) {
     for patch in teapot::PATCHES {
         write_patch(text, blurred, &patch.map(|ix| teapot::POINTS[usize::from(ix)].map(f64::from)));
     }
 }
 
 /// A knotted tube with a swelling skin, a Bezier patch a statement.
-fn creature(text: &mut String, blurred: bool) {
+fn creature(text: &mut Text, blurred: bool) {
     let [nu, nv] = CREATURE;
     let knots: Vec<Point> = (0..nu * nv).map(|ix| tube(ix % nu, ix / nu)).collect();
     let at = |i: usize, j: usize| knots[(j % nv) * nu + i % nu];
@@ -178,7 +189,7 @@ fn bezier([p, q, r, s]: [Point; 4]) -> [Point; 4] {
 }
 
 /// A closed subdivision mesh with nine creases that go round, of sharpness 1 to 4.
-fn tyre(text: &mut String, blurred: bool) {
+fn tyre(text: &mut Text, blurred: bool) {
     let [nu, nv] = TYRE;
     let vertex = |i: usize, j: usize| (j % nv) * nu + i % nu;
     let numbers =

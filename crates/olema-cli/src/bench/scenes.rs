@@ -14,6 +14,7 @@ use olema::image::{Filter, FilterKind};
 use olema::standard::crowds;
 
 use super::rib;
+use super::text::Text;
 
 /// A standard scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,7 +116,7 @@ pub fn named(word: &str) -> Vec<Standard> {
 /// What a scene is made of.
 pub enum Source {
     /// A text to read.
-    Rib(String),
+    Rib(Text),
     /// A scene built by code, and its settings.
     Built(Box<(Scene, Settings)>),
 }

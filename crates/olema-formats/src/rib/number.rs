@@ -76,27 +76,68 @@ fn digits(bytes: &[u8], mut ix: usize, mantissa: &mut u64) -> usize {
     ix
 }
 
+/// Eight characters less '0', and how many of them are digits before the first that is none.
+#[inline(always)]
+fn digits_of_eight(chunk: &[u8; 8]) -> (u64, usize) {
+    const HIGH: u64 = 0x8080_8080_8080_8080;
+    // Digits become 0 to 9. Adding 0x76 sets the high bit of all others; a carry only reaches bytes behind
+    // the first that is no digit.
+    let word = u64::from_le_bytes(*chunk) ^ 0x3030_3030_3030_3030;
+    let others = (word.wrapping_add(0x7676_7676_7676_7676) | word) & HIGH;
+    (word, (others.trailing_zeros() / 8) as usize)
+}
+
+/// The number that the first `count` of eight digits are, 1 to 8 of them.
+#[inline(always)]
+fn value_of_digits(word: u64, count: usize) -> u64 {
+    const PAIRS: u64 = 0x0000_00ff_0000_00ff;
+    // Zeros in front, then pairs, then fours, then all eight.
+    let word = word << (64 - 8 * count);
+    let word = word.wrapping_mul(10).wrapping_add(word >> 8);
+    let high = (word & PAIRS).wrapping_mul(100 + (1_000_000 << 32));
+    let low = (word >> 16 & PAIRS).wrapping_mul(1 + (10_000 << 32));
+    high.wrapping_add(low) >> 32
+}
+
+/// Bytes that [`short`] looks at.
+pub const SHORT: usize = 24;
+
+/// The float at the start of `bytes` and its length, if it is of the kind that nearly all are: a point and up to eight
+/// digits around it, then a space or a bracket. What it leaves to [`scan`] may be a number too.
+#[inline(always)]
+pub fn short(bytes: &[u8; SHORT]) -> Option<(f32, usize)> {
+    let eight = |at: usize| bytes[at..].first_chunk::<8>();
+    let negative = bytes[0] == b'-';
+    let first = usize::from(negative);
+    let (whole, num_whole) = digits_of_eight(eight(first)?);
+    let point = first + num_whole;
+    if num_whole > 7 || bytes[point] != b'.' {
+        return None;
+    }
+    let (fraction, num_places) = digits_of_eight(eight(point + 1)?);
+    let (num_digits, len) = (num_whole + num_places, point + 1 + num_places);
+    if !(1..=8).contains(&num_digits) || !matches!(bytes[len], b' ' | b'\n' | b']') {
+        return None;
+    }
+    let shift = 8 * num_whole;
+    let mantissa = value_of_digits(whole & ((1 << shift) - 1) | fraction << shift, num_digits);
+    if mantissa >= 1 << 24 {
+        return None;
+    }
+    let value = mantissa as f32 / POWERS_F32[num_places];
+    Some((if negative { -value } else { value }, len))
+}
+
 /// The same as [`digits`], eight at a time: a fraction has six or more as a rule.
 #[inline(always)]
 fn many_digits(bytes: &[u8], mut ix: usize, mantissa: &mut u64) -> usize {
     const TENS: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
-    const HIGH: u64 = 0x8080_8080_8080_8080;
-    const PAIRS: u64 = 0x0000_00ff_0000_00ff;
     while let Some(chunk) = bytes.get(ix..).and_then(<[u8]>::first_chunk::<8>) {
-        // Digits become 0 to 9. Adding 0x76 sets the high bit of all others; a carry only reaches bytes behind
-        // the first that is no digit.
-        let word = u64::from_le_bytes(*chunk) ^ 0x3030_3030_3030_3030;
-        let others = (word.wrapping_add(0x7676_7676_7676_7676) | word) & HIGH;
-        let count = (others.trailing_zeros() / 8) as usize;
+        let (word, count) = digits_of_eight(chunk);
         if count == 0 {
             return ix;
         }
-        // Zeros in front, then pairs, then fours, then all eight.
-        let word = word << (64 - 8 * count);
-        let word = word.wrapping_mul(10).wrapping_add(word >> 8);
-        let high = (word & PAIRS).wrapping_mul(100 + (1_000_000 << 32));
-        let low = (word >> 16 & PAIRS).wrapping_mul(1 + (10_000 << 32));
-        let value = high.wrapping_add(low) >> 32;
+        let value = value_of_digits(word, count);
         *mantissa = mantissa.wrapping_mul(TENS[count]).wrapping_add(value);
         ix += count;
         if count < 8 {
@@ -238,6 +279,35 @@ mod tests {
         assert_eq!(int("2.5"), None);
         assert_eq!(int("4000000000"), None);
         assert_eq!(int("99999999999999999999"), None);
+    }
+
+    #[test]
+    fn short_numbers_are_read_as_others_are() {
+        let mut num_short = 0;
+        for value in [0u32, 1, 7, 42, 999_999, 1_234_567, 16_777_215, 16_777_216, 99_999_999, 123_456_789] {
+            for (places, end) in
+                (0..10).flat_map(|places| [' ', '\n', ']', 'e', '#'].map(|end| (places, end)))
+            {
+                for sign in ["", "-", "+"] {
+                    let (whole, fraction) = (value / 10u32.pow(places), value % 10u32.pow(places));
+                    let width = places as usize;
+                    let fraction = if width > 0 { format!("{fraction:0width$}") } else { String::new() };
+                    for number in
+                        [format!("{sign}{whole}.{fraction}"), format!("{sign}.{fraction}"), whole.to_string()]
+                    {
+                        let mut text = format!("{number}{end}1.5 7.25 3 1e5 22 ").into_bytes();
+                        text.resize(SHORT, b' ');
+                        let Some((found, len)) = short(text.first_chunk().expect("long enough")) else {
+                            continue;
+                        };
+                        let expected = scan(&text).map(|d| (d.to_f32(&text).to_bits(), d.len));
+                        assert_eq!(Some((found.to_bits(), len)), expected, "{number}{end}");
+                        num_short += 1;
+                    }
+                }
+            }
+        }
+        assert!(num_short > 500, "{num_short}");
     }
 
     proptest! {

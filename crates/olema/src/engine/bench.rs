@@ -1,5 +1,6 @@
 //! The stages one by one, for benches and experiments: each as the engine runs it, on one thread.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::sync::Arc;
 
@@ -42,7 +43,7 @@ impl<'a> Bench<'a> {
         settings.validate()?;
         scene.validate()?;
         let mut stats = Stats::default();
-        let frame = FrameData::new(scene, settings, sabotage, &mut stats);
+        let frame = FrameData::new(Cow::Borrowed(scene), settings, sabotage, &mut stats);
         Ok(Bench { frame, stats })
     }
 

@@ -4,10 +4,9 @@
 //! them by tile. Splitting never reads the tile size, only where it pauses does: the pieces that are diced in
 //! the end are the same for every tiling.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::sync::Arc;
-
-use rayon::prelude::*;
 
 use crate::geometry::RasterCamera;
 use crate::occlusion::{Blurred, CullPlan};
@@ -35,6 +34,7 @@ use crate::stats::Stats;
 
 use super::filed::Filed;
 use super::tiles::Tiles;
+use super::workers::Workers;
 use super::{Hooks, Stopwatch};
 
 /// Pieces of one patch that may reach in front of the near plane, weighted; a surface that passes the eye has a few
@@ -53,7 +53,8 @@ pub(super) fn weight_at_eye(bounds: &Bound) -> u32 {
 
 /// What all tiles of a frame share.
 pub(super) struct FrameData<'a> {
-    pub scene: &'a Scene,
+    /// Without points that patches have been made of, if it was given away.
+    pub scene: Cow<'a, Scene>,
     pub settings: &'a Settings,
     pub camera: RasterCamera,
     pub patches: PatchTable,
@@ -77,20 +78,23 @@ pub(super) struct FrameData<'a> {
 impl<'a> FrameData<'a> {
     /// Patchify and connect.
     pub fn new(
-        scene: &'a Scene,
+        mut scene: Cow<'a, Scene>,
         settings: &'a Settings,
         sabotage: Option<Sabotage>,
         stats: &mut Stats,
     ) -> Self {
         let camera = RasterCamera::new(&scene.camera, settings.resolution);
         let fineness: Vec<Fineness> = scene.primitives.iter().map(|p| fineness(p, settings)).collect();
-        let (mut patches, mut edges, warnings) = connected(scene, &camera, settings, &fineness, sabotage);
-        let infos = PrimitiveInfo::of_all(scene, &camera, &patches.times, settings.shading_time);
+        let (mut patches, mut edges, warnings) = connected(&scene, &camera, settings, &fineness, sabotage);
+        if let Cow::Owned(scene) = &mut scene {
+            scene.let_go_of_points();
+        }
+        let infos = PrimitiveInfo::of_all(&scene, &camera, &patches.times, settings.shading_time);
         if infos.iter().any(|info| info.displacement.is_some()) {
             edges.list_users(&patches);
             widen(&mut patches, &edges, &infos);
         }
-        let shading_time = scene_time(scene, settings.shading_time);
+        let shading_time = scene_time(&scene, settings.shading_time);
         let world_to_camera = scene.camera.world_to_camera.at(shading_time);
         let placed: Vec<Arc<dyn PlacedLight>> = scene
             .lights
@@ -103,9 +107,9 @@ impl<'a> FrameData<'a> {
             permutations: settings.permutations,
             seed: settings.seed,
             jitter: settings.jitter,
-            lens: lens_shape(scene),
+            lens: lens_shape(&scene),
             lens_scale: camera.lens_scale(),
-            shutter: shutter_shape(scene),
+            shutter: shutter_shape(&scene),
             ..PatternSpec::default()
         });
         let filter = FilterTable::new(settings.filter, &pattern);
@@ -119,7 +123,7 @@ impl<'a> FrameData<'a> {
         stats.warnings.extend(warnings);
         FrameData {
             infos,
-            lights: lights_of_primitives(scene, &placed),
+            lights: lights_of_primitives(&scene, &placed),
             tiles: Tiles::new(settings, &pattern, filter.radius),
             scene,
             settings,
@@ -190,30 +194,27 @@ impl<'a> FrameData<'a> {
         corrections: &'b RefCell<Corrections>,
         workspace: &'b RefCell<Workspace>,
     ) -> DisplaceContext<'b, 'f> {
-        DisplaceContext { frame, scene: self.scene, infos: &self.infos, corrections, workspace }
+        DisplaceContext { frame, scene: &self.scene, infos: &self.infos, corrections, workspace }
     }
 
     /// Splits all patches to about the size of a tile and files the pieces. `None` where it was cancelled.
-    pub fn file(&self, hooks: &Hooks, stats: &mut Stats) -> Option<Filed> {
+    pub fn file(&self, workers: &Workers, hooks: &Hooks, stats: &mut Stats) -> Option<Filed> {
         let region = self.tiles.sample_region(self.tiles.window);
         let num_patches = self.patches.patches.len() as u32;
         const CHUNK: u32 = 64;
-        let chunks: Vec<(Filed, Stats)> = (0..num_patches.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                let watch = Stopwatch::new(hooks);
-                let mut filed = (Filed::default(), Stats::default());
-                let context = self.context();
-                for patch in chunk * CHUNK..num_patches.min((chunk + 1) * CHUNK) {
-                    if hooks.is_cancelled() {
-                        break;
-                    }
-                    self.file_patch(&context, patch, region, &mut filed);
+        let chunks: Vec<(Filed, Stats)> = workers.map(num_patches.div_ceil(CHUNK), |chunk| {
+            let watch = Stopwatch::new(hooks);
+            let mut filed = (Filed::default(), Stats::default());
+            let context = self.context();
+            for patch in chunk * CHUNK..num_patches.min((chunk + 1) * CHUNK) {
+                if hooks.is_cancelled() {
+                    break;
                 }
-                filed.1.seconds.split += watch.seconds();
-                filed
-            })
-            .collect();
+                self.file_patch(&context, patch, region, &mut filed);
+            }
+            filed.1.seconds.split += watch.seconds();
+            filed
+        });
         if hooks.is_cancelled() {
             return None;
         }
@@ -350,6 +351,8 @@ fn connected(
     if refined == times {
         return (patches, edges, warnings);
     }
+    // Two lists of all points are more than a frame needs at any other time.
+    (patches.floats, patches.bends) = (Vec::new(), Vec::new());
     let (mut finer, more) = patchify(scene, &refined);
     warnings.extend(more.into_iter().filter(|warning| !warnings.contains(warning)).collect::<Vec<_>>());
     // Points between keys agree where those at the keys do, as what is welded has the same.

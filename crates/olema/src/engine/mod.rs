@@ -11,9 +11,11 @@ mod output;
 mod queue;
 mod tile;
 mod tiles;
+mod workers;
 
 pub use bench::{Bench, grids};
 
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -131,7 +133,8 @@ impl Renderer {
     pub fn render(&self, scene: &Scene, hooks: &Hooks) -> Result<Frame, Error> {
         scene.validate()?;
         let output = output::Whole::new(&self.settings)?;
-        let (output, stats) = self.render_to(scene, hooks, |_| output::Output::Whole(output))?;
+        let (output, stats) =
+            self.render_to(Cow::Borrowed(scene), hooks, |_| output::Output::Whole(output))?;
         let output::Output::Whole(whole) = output else { unreachable!("what goes in comes out") };
         Ok(Frame { image: whole.into_image(), stats })
     }
@@ -139,16 +142,18 @@ impl Renderer {
     /// Renders `scene` without holding the picture: `rows` is given it from the top, as many whole rows at a time as are
     /// finished, each once, with the channels of [`Frame::image`]. [`Hooks::bucket`] is not called.
     ///
+    /// What of the scene is no longer needed once its patches are made is let go of, unless a copy of it shares it.
+    ///
     /// # Errors
     /// As [`Self::render`]; the rows that were finished until then were given.
     pub fn render_rows(
         &self,
-        scene: &Scene,
+        scene: Scene,
         hooks: &Hooks,
         rows: &mut (dyn FnMut(&Image) + Send),
     ) -> Result<Stats, Error> {
         scene.validate()?;
-        let (_, stats) = self.render_to(scene, hooks, |side| {
+        let (_, stats) = self.render_to(Cow::Owned(scene), hooks, |side| {
             output::Output::Rows(output::Rows::new(&self.settings, side, rows))
         })?;
         Ok(stats)
@@ -157,23 +162,21 @@ impl Renderer {
     /// Renders to what `output` makes for tiles of a size.
     fn render_to<'o>(
         &self,
-        scene: &Scene,
+        scene: Cow<Scene>,
         hooks: &Hooks,
-        output: impl FnOnce(u32) -> output::Output<'o> + Send,
+        output: impl FnOnce(u32) -> output::Output<'o>,
     ) -> Result<(output::Output<'o>, Stats), Error> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.settings.threads)
-            .build()
-            .map_err(|e| Error::Threads(e.to_string()))?;
+        let workers = workers::Workers::new(self.settings.threads)?;
         let watch = Stopwatch::new(hooks);
-        let (output, mut stats) = pool.install(|| self.render_in_pool(scene, hooks, output))?;
+        let (output, mut stats) = self.render_with(&workers, scene, hooks, output)?;
         stats.seconds.total = watch.seconds();
         Ok((output, stats))
     }
 
-    fn render_in_pool<'o>(
+    fn render_with<'o>(
         &self,
-        scene: &Scene,
+        workers: &workers::Workers,
+        scene: Cow<Scene>,
         hooks: &Hooks,
         output: impl FnOnce(u32) -> output::Output<'o>,
     ) -> Result<(output::Output<'o>, Stats), Error> {
@@ -192,14 +195,14 @@ impl Renderer {
             });
         }
         hooks.report("split", 0, 1);
-        let filed = data.file(hooks, &mut stats).ok_or(Error::Cancelled)?;
+        let filed = data.file(workers, hooks, &mut stats).ok_or(Error::Cancelled)?;
         hooks.report("split", 1, 1);
         let cache = cache::GridCache::new(self.settings.grid_cache, data.tiles.len());
         let shared = Mutex::new((output(data.tiles.side), stats, None, Corrections::default()));
         let (next, num_tiles) = (AtomicUsize::new(0), data.tiles.len());
         let done = AtomicUsize::new(0);
         // Tiles are taken in order, so that grids on the border of two tiles do not wait long for the second.
-        rayon::broadcast(|_| {
+        workers.each(|| {
             let mut worker = tile::TileWorker::new(&data, &filed, &cache, hooks);
             loop {
                 let tile = next.fetch_add(1, Ordering::Relaxed);
@@ -233,7 +236,7 @@ impl Renderer {
         match error {
             Some(error) => Err(error),
             None => {
-                stats.warnings.extend(corrections.warnings(scene, &data.infos));
+                stats.warnings.extend(corrections.warnings(&data.scene, &data.infos));
                 Ok((output, stats))
             }
         }

@@ -77,14 +77,19 @@ struct ByPoints {
     corner_of_weld: Map<u32, u32>,
     /// The last corner with a hash of its owner's points,
     corner_of_bits: Latest,
+    /// The only edge between two corners, or [`SEVERAL`]: of the only one nobody asks where its middle is.
+    between: Map<(u32, u32), u32>,
     middles: KeyedWelder,
-    /// The first edge between two corners with a middle,
+    /// Of several between two corners the first with a middle,
     edges: Map<(u32, u32, u32), u32>,
     /// and after each edge the next one of these.
     next: Map<u32, u32>,
     /// The last such first edge with a hash of its corners and its owner's middles.
     edge_of_bits: Latest,
 }
+
+/// More than one edge.
+const SEVERAL: u32 = u32::MAX;
 
 impl ByPoints {
     fn new(table: &PatchTable) -> Self {
@@ -94,6 +99,7 @@ impl ByPoints {
             corners: KeyedWelder::new(tolerance.iter().copied()),
             corner_of_weld: Map::default(),
             corner_of_bits: Latest::for_about(table.patches.len()),
+            between: Map::default(),
             middles: KeyedWelder::new(tolerance.iter().copied()),
             edges: Map::default(),
             next: Map::default(),
@@ -174,24 +180,36 @@ impl ByPoints {
         };
         let mut matched = likely.and_then(|ix| along(table, &self.tolerance, ix));
         if matched.is_none() {
-            let middle = self.middles.weld(new.motion, middles, new.tolerance);
             let next_edge = table.edges.len() as u32;
-            let (mut last, mut next) = (None, None);
-            match self.edges.entry((ends[0], ends[1], middle)) {
-                Entry::Occupied(first) => next = Some(*first.get()),
+            match self.between.entry((ends[0], ends[1])) {
                 Entry::Vacant(place) => {
                     place.insert(next_edge);
                     self.edge_of_bits.put(hash, next_edge);
                 }
-            }
-            // All that were found so far, in their order.
-            while let Some(ix) = next {
-                matched = along(table, &self.tolerance, ix);
-                last = next;
-                next = self.next.get(&ix).copied().filter(|_| matched.is_none());
-            }
-            if let (None, Some(last)) = (matched, last) {
-                self.next.insert(last, next_edge);
+                Entry::Occupied(mut place) => {
+                    let alone = std::mem::replace(place.get_mut(), SEVERAL);
+                    if alone != SEVERAL {
+                        self.note_middle(new.patches, table, alone);
+                    }
+                    let middle = self.middles.weld(new.motion, middles, new.tolerance);
+                    let (mut last, mut next) = (None, None);
+                    match self.edges.entry((ends[0], ends[1], middle)) {
+                        Entry::Occupied(first) => next = Some(*first.get()),
+                        Entry::Vacant(place) => {
+                            place.insert(next_edge);
+                            self.edge_of_bits.put(hash, next_edge);
+                        }
+                    }
+                    // All that were found so far, in their order.
+                    while let Some(ix) = next {
+                        matched = along(table, &self.tolerance, ix);
+                        last = next;
+                        next = self.next.get(&ix).copied().filter(|_| matched.is_none());
+                    }
+                    if let (None, Some(last)) = (matched, last) {
+                        self.next.insert(last, next_edge);
+                    }
+                }
             }
         }
         let (edge, reversed, same) = matched.unwrap_or_else(|| {
@@ -207,6 +225,19 @@ impl ByPoints {
         });
         table.use_edge(edge, new.rate);
         (EdgeUse { edge, along: Along { part: Part::Whole, reversed } }, same)
+    }
+}
+
+impl ByPoints {
+    /// Notes where the middle of an edge is that was the only one between its corners.
+    fn note_middle(&mut self, patches: &PatchTable, table: &EdgeTable, ix: u32) {
+        let Edge { owners: [Owner { patch, side, .. }, _], corners: [a, b], .. } = table.edges[ix as usize];
+        let curves =
+            (0..patches.num_keys(patch)).map_while(|key| patches.side_curve(patch, key, side as usize));
+        let motion = patches.patches[patch as usize].motion;
+        let middles = curves.map(|curve| curve_middle(&curve));
+        let middle = self.middles.weld(motion, middles, self.tolerance[patch as usize]);
+        self.edges.insert((a.min(b), a.max(b), middle), ix);
     }
 }
 

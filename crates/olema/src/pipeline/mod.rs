@@ -9,9 +9,11 @@
 //! Nothing here does I/O, and nothing depends on tiles, buckets or threads.
 
 pub mod areas;
+mod bends;
 pub mod border;
 pub mod bound;
 mod by_topology;
+mod camera_points;
 pub mod clip;
 pub mod connect;
 pub mod dice;
@@ -32,6 +34,7 @@ mod paths;
 pub mod piece;
 pub mod points;
 pub mod primvar;
+mod raster_paths;
 pub mod rate;
 pub mod reach;
 pub mod recall;

@@ -75,8 +75,7 @@ impl KeyTimes {
     ) -> (Self, Vec<(u32, f32)>) {
         let mut times = vec![Vec::new(); scene.primitives.len()];
         let mut coarse = Vec::new();
-        let mut paths =
-            Paths { placer: Placer::new(scene), camera, tolerance_px: settings.motion_tolerance_px };
+        let mut paths = Paths::new(Placer::new(scene), camera, settings.motion_tolerance_px);
         for (ix, &first) in welded.iter().enumerate() {
             let given = self.of(ix as u32);
             if given.len() > 1 {

@@ -12,6 +12,7 @@ use crate::geometry::hull::{Hull, bicubic_hull};
 use crate::geometry::subdivision::Evaluator;
 use crate::math::simd::SimdLevel;
 
+use super::bends::{MOST_FLOATS, NOT_BENT, bent};
 use super::edges::EdgeUse;
 use super::limit::Limit;
 use super::motion::KeyTimes;
@@ -54,8 +55,10 @@ pub struct Patch {
     pub shape: Shape,
     /// Whether points are homogeneous.
     pub rational: bool,
-    /// First float of its control points; keys follow each other.
+    /// First float of its control points; keys follow each other, every other one where the rest is in `bends`.
     pub first_float: u32,
+    /// First of its [`PatchTable::bends`], or [`NOT_BENT`].
+    pub first_bend: u32,
     /// Its set of key times, of [`KeyTimes::sets`].
     pub motion: u32,
     /// Sides 0: v = 0, 1: u = 1, 2: v = 1, 3: u = 0, each with u or v ascending.
@@ -79,6 +82,9 @@ pub struct PatchTable {
     pub patches: Vec<Patch>,
     /// Control points, 3 or 4 floats each, in camera space.
     pub floats: Vec<f32>,
+    /// Of every other key how far, in steps of a float, its floats are from the middle of those before and after. Keys that
+    /// are added half-way between the file's are hardly off it, as control points move evenly, and take a quarter so.
+    pub bends: Vec<i8>,
     /// Limit surfaces of subdivision meshes.
     pub limits: Vec<Limit>,
     /// Key times of all primitives.
@@ -123,7 +129,7 @@ impl PatchTable {
     /// What [`Surface::side_curve`] says of a patch at motion key `key`; `None` without control points.
     pub fn side_curve(&self, patch: u32, key: usize, side: usize) -> Option<[Vec4; 4]> {
         let patch = &self.patches[patch as usize];
-        if patch.shape != Shape::Bicubic || patch.rational {
+        if patch.shape != Shape::Bicubic || patch.rational || patch.first_bend != NOT_BENT {
             return Some(self.control_surface(patch, key)?.side_curve(side));
         }
         // Connecting asks for neighbours' sides alone. First point, and steps between points.
@@ -137,8 +143,17 @@ impl PatchTable {
     pub fn control_surface(&self, patch: &Patch, key: usize) -> Option<Surface> {
         let width = if patch.rational { 4 } else { 3 };
         let len = width * patch.shape.num_points();
-        let first = patch.first_float as usize + key * len;
-        let floats = &self.floats[first..first + len];
+        let at_key = |key: usize| &self.floats[patch.first_float as usize + key * len..][..len];
+        let mut between = [0.0; MOST_FLOATS];
+        let floats = if patch.first_bend == NOT_BENT {
+            at_key(key)
+        } else if key.is_multiple_of(2) {
+            at_key(key / 2)
+        } else {
+            let bends = &self.bends[patch.first_bend as usize + key / 2 * len..][..len];
+            bent([at_key(key / 2), at_key(key / 2 + 1)], bends, &mut between);
+            &between[..len]
+        };
         Some(match (patch.shape, patch.rational) {
             (Shape::Bilinear, false) => Surface::Bilinear(Bilinear(points(floats, Vec3::from_array))),
             (Shape::Bilinear, true) => Surface::RationalBilinear(Bilinear(points(floats, Vec4::from_array))),

@@ -1,7 +1,7 @@
 //! Patchify: primitives become patches in camera space.
 //!
-//! In: `Scene` and the key times of its primitives. Out: `PatchTable` without connections, and warnings about what cannot be drawn. Every cubic
-//! basis becomes Bezier, whose control points bound the surface closely.
+//! In: `Scene` and the key times of its primitives. Out: `PatchTable` without connections, and warnings about what cannot
+//! be drawn. Every cubic basis becomes Bezier, whose control points bound the surface closely.
 
 use std::sync::Arc;
 
@@ -9,8 +9,11 @@ use glam::DVec4;
 
 use crate::geometry::bezier::to_bezier;
 use crate::geometry::subdivision::LimitSurface;
+use crate::math::simd::SimdLevel;
 use crate::scene::{Between, Geometry, Keyed, PatchBasis, PatchKind, PatchMesh, Points, Scene};
 
+use super::bends::NOT_BENT;
+use super::camera_points::{STEP, ToCamera};
 use super::edges::EdgeUse;
 use super::limit::Limit;
 use super::motion::{KeyTimes, Placement, Placer, blend_point};
@@ -22,29 +25,34 @@ pub fn patchify(scene: &Scene, times: &KeyTimes) -> (PatchTable, Vec<String>) {
     let mut table = PatchTable {
         patches: Vec::with_capacity(num_patches),
         floats: Vec::with_capacity(num_floats),
+        bends: Vec::new(),
         limits: Vec::new(),
         times: times.clone(),
     };
     let mut warnings = Vec::new();
-    let (mut placer, mut points) = (Placer::new(scene), Vec::new());
+    let (mut placer, mut placements) = (Placer::new(scene), Vec::new());
+    let mut room = Room { level: SimdLevel::best(), points: Vec::new() };
     for (ix, primitive) in scene.primitives.iter().enumerate() {
-        let placements = times.of(ix as u32).iter().map(|&t| placer.place(primitive, t));
+        placements.clear();
+        placements.extend(times.of(ix as u32).iter().map(|&t| placer.place(primitive, t)));
         let mut warn = |problem: &dyn std::fmt::Display| {
             warnings.push(format!("{}: {problem}", primitive.object_name(ix)));
         };
         match &primitive.geometry {
             Geometry::Patches(mesh) => {
-                if let Err(problem) = sheet(mesh, ix as u32, placements, &mut points, &mut table) {
+                if let Err(problem) = sheet(mesh, ix as u32, &placements, &mut room, &mut table) {
                     warn(&problem);
                 }
             }
             Geometry::Subdivision(mesh) => {
                 let (surface, problems) = LimitSurface::new(Arc::clone(mesh));
                 problems.iter().for_each(|problem| warn(problem));
-                base_quads(surface, ix as u32, placements.collect(), &mut table);
+                base_quads(surface, ix as u32, &placements, &mut table);
             }
         }
     }
+    table.floats.shrink_to_fit();
+    table.bends.shrink_to_fit();
     (table, warnings)
 }
 
@@ -65,7 +73,7 @@ fn sizes(scene: &Scene, times: &KeyTimes) -> [usize; 2] {
 }
 
 /// One patch for each base quad of a limit surface.
-fn base_quads(surface: LimitSurface, primitive: u32, placements: Vec<Placement>, table: &mut PatchTable) {
+fn base_quads(surface: LimitSurface, primitive: u32, placements: &[Placement], table: &mut PatchTable) {
     let limit = table.limits.len() as u32;
     let motion = table.times.of_primitive[primitive as usize];
     for quad in 0..surface.num_quads() as u32 {
@@ -75,6 +83,7 @@ fn base_quads(surface: LimitSurface, primitive: u32, placements: Vec<Placement>,
             shape: Shape::Subdivision { limit, quad },
             rational: false,
             first_float: 0,
+            first_bend: NOT_BENT,
             motion,
             edges: [EdgeUse::default(); 4],
             corners: [0; 4],
@@ -86,19 +95,26 @@ fn base_quads(surface: LimitSurface, primitive: u32, placements: Vec<Placement>,
     }
     // A mesh whose keys differ in more than their places has fewer of them.
     let last = surface.num_keys() - 1;
-    let within = |placement: Placement| {
+    let within = |placement: &Placement| {
         let Between { keys, part } = placement.points;
-        Placement { points: Between { keys: keys.map(|key| key.min(last)), part }, ..placement }
+        Placement { points: Between { keys: keys.map(|key| key.min(last)), part }, ..*placement }
     };
-    table.limits.push(Limit { surface, placements: placements.into_iter().map(within).collect() });
+    table.limits.push(Limit { surface, placements: placements.iter().map(within).collect() });
 }
 
-/// The patches of a sheet; `points` is room for its control points.
+/// What sheets are placed with.
+struct Room {
+    level: SimdLevel,
+    /// Control points of a sheet, key after key.
+    points: Vec<DVec4>,
+}
+
+/// The patches of a sheet.
 fn sheet(
     mesh: &PatchMesh,
     primitive: u32,
-    placements: impl ExactSizeIterator<Item = Placement>,
-    points: &mut Vec<DVec4>,
+    placements: &[Placement],
+    Room { level, points }: &mut Room,
     table: &mut PatchTable,
 ) -> Result<(), String> {
     let Some([pu, pv]) = mesh.num_patches() else {
@@ -109,37 +125,47 @@ fn sheet(
         return Err(format!("{} control points where {expected} were expected; not drawn", points.len()));
     }
     let rational = mesh.points.values.iter().any(is_rational);
+    let is_single = is_bezier_patch(mesh);
     points.clear();
-    points.reserve_exact(expected * placements.len());
-    placements.for_each(|placement| camera_points(&mesh.points, expected, &placement, points));
-    let num_keys = points.len() / expected.max(1);
+    if !is_single {
+        points.reserve_exact(expected * placements.len());
+        placements.iter().for_each(|at| camera_points(*level, &mesh.points, expected, at, points));
+    }
     let mut dropped = 0usize;
     for (row, column) in (0..pv).flat_map(|row| (0..pu).map(move |column| (row, column))) {
         let first_float = table.floats.len();
-        if first_float > u32::MAX as usize - 64 * num_keys {
+        if first_float > u32::MAX as usize - 64 * placements.len() {
             return Err("too many control points in one frame; the rest is not drawn".to_owned());
         }
         let control = Control::new(mesh, column, row);
-        let is_usable = points.chunks_exact(expected.max(1)).all(|points| {
-            let (points, len) = control.bezier_points(mesh, points);
-            match rational {
-                true => push_points::<4>(&points[..len], &mut table.floats),
-                false => push_points::<3>(&points[..len], &mut table.floats),
-            }
-        });
+        let is_usable = if is_single {
+            placements.iter().all(|at| push_single(*level, mesh, at, &mut table.floats))
+        } else {
+            points.chunks_exact(expected.max(1)).all(|points| {
+                let (points, len) = control.bezier_points(mesh, points);
+                match rational {
+                    true => push_points::<4>(&points[..len], &mut table.floats),
+                    false => push_points::<3>(&points[..len], &mut table.floats),
+                }
+            })
+        };
         if !is_usable {
             table.floats.truncate(first_float);
             dropped += 1;
             continue;
         }
+        let shape = if *mesh.kind == PatchKind::Bilinear { Shape::Bilinear } else { Shape::Bicubic };
+        let len = shape.num_points() * if rational { 4 } else { 3 };
+        let first_bend = table.bend_last(first_float, len);
         let span = |ix: usize, n: usize| [ix as f32 / n as f32, (ix + 1) as f32 / n as f32];
         let ([u0, u1], [v0, v1]) = (span(column, pu), span(row, pv));
         table.patches.push(Patch {
             primitive,
             cell: [column as u32, row as u32],
-            shape: if *mesh.kind == PatchKind::Bilinear { Shape::Bilinear } else { Shape::Bicubic },
+            shape,
             rational,
             first_float: first_float as u32,
+            first_bend,
             motion: table.times.of_primitive[primitive as usize],
             edges: [EdgeUse::default(); 4],
             corners: [0; 4],
@@ -165,12 +191,59 @@ fn is_rational(points: &Points) -> bool {
 }
 
 /// Appends control points in camera space at a key, homogeneous.
-fn camera_points(points: &Keyed<Points>, len: usize, placement: &Placement, out: &mut Vec<DVec4>) {
+fn camera_points(
+    level: SimdLevel,
+    points: &Keyed<Points>,
+    len: usize,
+    placement: &Placement,
+    out: &mut Vec<DVec4>,
+) {
     let Placement { points: between, to_camera } = placement;
-    out.extend((0..len).map(|ix| {
-        let p = blend_point(points, between, ix);
-        if p.w == 1.0 { to_camera.transform_point3(p.truncate()).extend(1.0) } else { *to_camera * p }
-    }));
+    let Some(placed) = ToCamera::of_sheet(points, between, to_camera) else {
+        out.extend((0..len).map(|ix| {
+            let p = blend_point(points, between, ix);
+            if p.w == 1.0 { to_camera.transform_point3(p.truncate()).extend(1.0) } else { *to_camera * p }
+        }));
+        return;
+    };
+    for first in (0..len).step_by(STEP) {
+        let [x, y, z] = level.run(
+            #[inline(always)]
+            || placed.step(first),
+        );
+        out.extend((0..STEP.min(len - first)).map(|ix| DVec4::new(x[ix], y[ix], z[ix], 1.0)));
+    }
+}
+
+/// Whether a sheet is one patch whose control points are its Bezier points: nearly all of some files are.
+fn is_bezier_patch(mesh: &PatchMesh) -> bool {
+    let PatchKind::Bicubic { u, v } = &*mesh.kind else { return false };
+    [mesh.nu, mesh.nv] == [4, 4]
+        && !(mesh.wrap_u || mesh.wrap_v)
+        && [u, v].iter().all(|basis| basis.matrix == PatchBasis::BEZIER.matrix)
+        && mesh.points.values.iter().all(|points| matches!(points, Points::P(_)))
+}
+
+/// [`push_points`] for the points of such a sheet at a key.
+fn push_single(level: SimdLevel, mesh: &PatchMesh, placement: &Placement, floats: &mut Vec<f32>) -> bool {
+    let Some(placed) = ToCamera::of_sheet(&mesh.points, &placement.points, &placement.to_camera) else {
+        return false;
+    };
+    let mut all = [[0.0f32; 3]; STEP];
+    let is_usable = level.run(
+        #[inline(always)]
+        || {
+            let [x, y, z] = placed.step(0);
+            let mut is_usable = true;
+            for (ix, point) in all.iter_mut().enumerate() {
+                *point = [x[ix] as f32, y[ix] as f32, z[ix] as f32];
+                is_usable &= point[0].is_finite() & point[1].is_finite() & point[2].is_finite();
+            }
+            is_usable
+        },
+    );
+    floats.extend_from_slice(all.as_flattened());
+    is_usable
 }
 
 /// Appends the first `W` floats of each of at most 16 points; whether all of them are finite, with a weight above 0.

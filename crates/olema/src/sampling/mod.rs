@@ -8,7 +8,8 @@
 //! frame).
 //!
 //! - [`pattern`] is data that never changes once it is built: the tuples (lens, time, sub-pixel place) and
-//!   how they are dealt out to pixels. It is built from [`strata`], [`lens`], [`shutter`] and [`hash`].
+//!   how they are dealt out to pixels. It is built from [`strata`] (spread by `discrepancy`), [`lens`], [`shutter`] and
+//!   [`hash`].
 //! - [`inside`] is the one exact test and the one depth function that all rasterizers share.
 //! - [`nomotion`] is the scalar rasterizer for micropolygons that stand still, written to be read.
 //! - [`moving`] says where a vertex of a moving, defocused grid is for a tuple, exactly; [`draw`] is what the
@@ -25,6 +26,7 @@ pub mod auto;
 pub mod boundingbox;
 pub mod buffer;
 mod cull;
+mod discrepancy;
 pub mod draw;
 pub mod hash;
 mod in_order;

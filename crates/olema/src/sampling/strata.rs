@@ -17,6 +17,9 @@
 //! 64 / 9.0 / 1.7. Correlation coefficients at M = 16: 0.035 root mean square, 0.09 at worst in 20 seeds
 //! (without their weight in the exchanges: 0.12 and 0.29, at the same discrepancy).
 
+use crate::math::simd::SimdLevel;
+
+use super::discrepancy::{Discrepancy, Products, products, relations};
 use super::hash::{Stream, unit};
 use super::lens::{LensShape, Polar, concentric, ring};
 
@@ -147,27 +150,37 @@ impl Strata {
         if m < 3 {
             return;
         }
-        let kernel = Kernel::new(m);
         let num_trials = (WORK / m).min(500 * m);
+        let level = SimdLevel::best();
+        let mut discrepancy = Discrepancy::new(&self.columns);
         let lens_centres = self.lens_centres();
-        let mut places: Vec<Centres> = (0..m as usize).map(|i| self.centres(i, &lens_centres)).collect();
-        let mut related = relations(&places);
+        let mut centres: Vec<Centres> = (0..m as usize).map(|i| self.centres(i, &lens_centres)).collect();
+        let mut places: Vec<Products> = centres.iter().copied().map(products).collect();
+        let mut related = relations(level, &places);
         let mut threshold = Threshold::new(HEAT, num_trials);
         for trial in 0..num_trials {
             let (i, k) = (stream.below(m) as usize, stream.below(m) as usize);
             let Some(dims) = self.exchange(i, k, stream.below(6)) else { continue };
-            let kept_places = [places[i], places[k]];
-            let before = kernel.energy(&self.columns, i) + kernel.energy(&self.columns, k);
+            let kept = [i, k].map(|stratum| (centres[stratum], places[stratum]));
+            let before = discrepancy.energy(i) + discrepancy.energy(k);
             self.swap(i, k, dims);
-            [places[i], places[k]] = [i, k].map(|stratum| self.centres(stratum, &lens_centres));
-            let now_related = relations(&places);
-            let change = kernel.energy(&self.columns, i) + kernel.energy(&self.columns, k) - before
+            for stratum in [i, k] {
+                discrepancy.set(stratum, &self.columns[stratum]);
+                let known = Some(centres[stratum]).filter(|_| !dims.iter().any(|dim| [P, Q].contains(dim)));
+                centres[stratum] = self.moved(stratum, known, &lens_centres);
+                places[stratum] = products(centres[stratum]);
+            }
+            let now_related = relations(level, &places);
+            let change = discrepancy.energy(i) + discrepancy.energy(k) - before
                 + RELATED * f64::from(m) * (now_related - related);
             if threshold.accepts(change, trial) {
                 related = now_related;
             } else {
                 self.swap(i, k, dims);
-                [places[i], places[k]] = kept_places;
+                for (stratum, kept) in [i, k].into_iter().zip(kept) {
+                    discrepancy.set(stratum, &self.columns[stratum]);
+                    (centres[stratum], places[stratum]) = kept;
+                }
             }
         }
     }
@@ -192,20 +205,31 @@ impl Strata {
     /// Of stratum i the centre of its columns, where the one tuple of K = 1 is, and that of its cell, around which
     /// many are.
     fn centres(&self, i: usize, lens_centres: &[[f64; 2]]) -> Centres {
+        self.moved(i, None, lens_centres)
+    }
+
+    /// The same where they are known but for their place and time.
+    fn moved(&self, i: usize, known: Option<Centres>, lens_centres: &[[f64; 2]]) -> Centres {
         let m = f64::from(self.num());
         let at = |dim: usize, width: u32| {
             let cell = u32::from(self.columns[i][dim]) / width;
             (f64::from(cell) + 0.5) * f64::from(width) / m
         };
+        let lens = match known {
+            Some(centres) => centres.map(|[.., u, v]| [u, v]),
+            None => {
+                let lens = LensShape::Round.place(self.to_disk(at(P, 1), at(Q, 1)));
+                let [p, q] = self.lens_cell(i as u32);
+                let lens_centre = lens_centres[(q * self.lens_grid[0] + p) as usize];
+                [lens, lens_centre].map(|[u, v]| [2.0 * u, 2.0 * v])
+            }
+        };
         let scaled = |[x, y, t]: [f64; 3], [u, v]: [f64; 2]| {
             let uniform = |value: f64| (value - 0.5) * 12.0f64.sqrt();
-            [uniform(x), uniform(y), uniform(t), 2.0 * u, 2.0 * v]
+            [uniform(x), uniform(y), uniform(t), u, v]
         };
-        let lens = LensShape::Round.place(self.to_disk(at(P, 1), at(Q, 1)));
-        let [p, q] = self.lens_cell(i as u32);
-        let lens_centre = lens_centres[(q * self.lens_grid[0] + p) as usize];
         let of_cell = [X, Y, T].map(|dim| at(dim, self.columns_of_cell(dim)));
-        [scaled([X, Y, T].map(|dim| at(dim, 1)), lens), scaled(of_cell, lens_centre)]
+        [scaled([X, Y, T].map(|dim| at(dim, 1)), lens[0]), scaled(of_cell, lens[1])]
     }
 
     /// The dimensions that strata i and k may exchange without leaving their cells, for a kind of exchange.
@@ -270,58 +294,8 @@ impl Threshold {
     }
 }
 
-/// The mixture discrepancy, tabulated for columns (their centres).
-struct Kernel {
-    /// At |a - b|: 3/4 |a - b| - 1/2 |a - b|^2.
-    apart: Vec<f64>,
-    /// At a: 15/16 - 1/4 |a - 1/2|, which makes a pair's factor `off[a] + off[b] - apart[|a - b|]`.
-    off: Vec<f64>,
-    /// At a: 5/3 - 1/4 |a - 1/2| - 1/4 |a - 1/2|^2, a point's own factor.
-    own: Vec<f64>,
-}
-
-impl Kernel {
-    fn new(m: u32) -> Self {
-        let width = 1.0 / f64::from(m);
-        let from_middle = |column: u32| ((f64::from(column) + 0.5) * width - 0.5).abs();
-        let columns = 0..m;
-        let apart = columns.clone().map(|d| f64::from(d) * width).map(|d| 0.75 * d - 0.5 * d * d).collect();
-        let off = columns.clone().map(|a| 0.9375 - 0.25 * from_middle(a)).collect();
-        let own = columns.map(from_middle).map(|d| 5.0 / 3.0 - 0.25 * d - 0.25 * d * d).collect();
-        Kernel { apart, off, own }
-    }
-
-    fn pair(&self, a: &[u16; 5], b: &[u16; 5]) -> f64 {
-        let at = |dim: usize| {
-            let [a, b] = [usize::from(a[dim]), usize::from(b[dim])];
-            self.off[a] + self.off[b] - self.apart[a.abs_diff(b)]
-        };
-        at(X) * at(Y) * at(T) * at(P) * at(Q)
-    }
-
-    /// What stratum i adds to M^2 times the squared discrepancy, but for constants.
-    fn energy(&self, columns: &[[u16; 5]], i: usize) -> f64 {
-        let point = &columns[i];
-        let pairs: f64 = columns.iter().map(|other| self.pair(point, other)).sum();
-        let own: f64 = point.iter().map(|&column| self.own[usize::from(column)]).product();
-        2.0 * pairs - self.pair(point, point) - 2.0 * columns.len() as f64 * own
-    }
-}
-
 /// Two places (x, y, t, u, v) of a stratum, each scaled to a mean of 0 and a variance of 1 over all of them.
 type Centres = [[f64; 5]; 2];
-
-/// Sum of the squared correlations between time, lens and place in the pixel.
-fn relations(places: &[Centres]) -> f64 {
-    let mut sums = [[0.0; 8]; 2];
-    for centres in places {
-        for (sums, [x, y, t, u, v]) in sums.iter_mut().zip(centres) {
-            let products = [t * x, t * y, t * u, t * v, u * x, u * y, v * x, v * y];
-            sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
-        }
-    }
-    sums.iter().flatten().map(|sum| sum * sum).sum::<f64>() / (places.len() * places.len()) as f64
-}
 
 /// a x b = m with a >= b and b as large as divides.
 pub fn factor_nearly_square(m: u32) -> [u32; 2] {

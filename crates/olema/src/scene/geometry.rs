@@ -119,6 +119,25 @@ impl PatchMesh {
         Some([along(self.nu, self.wrap_u, bu)?, along(self.nv, self.wrap_v, bv)?])
     }
 
+    /// The same sheet without its control points.
+    pub(super) fn without_points(&self) -> PatchMesh {
+        PatchMesh {
+            kind: Arc::clone(&self.kind),
+            points: Keyed::still(Points::P(Vec::new())),
+            vars: self.vars.clone(),
+            ..*self
+        }
+    }
+
+    /// Whether `other` is known to be this without its control points.
+    pub(super) fn is_like_without_points(&self, other: &PatchMesh) -> bool {
+        Arc::ptr_eq(&self.kind, &other.kind)
+            && (self.nu, self.nv, self.wrap_u, self.wrap_v)
+                == (other.nu, other.nv, other.wrap_u, other.wrap_v)
+            && self.vars.is_empty()
+            && other.vars.is_empty()
+    }
+
     /// Varying corners along u and v: one more than patches, as many where wrapped.
     pub fn num_varying(&self) -> Option<[usize; 2]> {
         let [pu, pv] = self.num_patches()?;

@@ -112,6 +112,21 @@ impl Scene {
         Ok(())
     }
 
+    /// Lets go of the control points of sheets, of which patches have been made.
+    pub(crate) fn let_go_of_points(&mut self) {
+        let mut last: Option<Arc<PatchMesh>> = None;
+        for primitive in &mut self.primitives {
+            let Geometry::Patches(mesh) = &mut primitive.geometry else { continue };
+            let rest = match last.take() {
+                // A file may have a primitive for each patch.
+                Some(last) if last.is_like_without_points(mesh) => last,
+                _ => Arc::new(mesh.without_points()),
+            };
+            *mesh = Arc::clone(&rest);
+            last = Some(rest);
+        }
+    }
+
     /// Adds a light and returns its index for [`Attributes::lights`].
     pub fn add_light(&mut self, light: Light) -> u32 {
         self.lights.push(light);

@@ -80,6 +80,13 @@ impl Lexer {
         let (mut pos, mut line, mut line_start) = (self.pos, self.line, self.line_start);
         let mut full = None;
         while pos < limit {
+            let short = bytes[pos..].first_chunk().and_then(number::short);
+            if let Some((value, len)) = short.filter(|_| out.len() < out.capacity()) {
+                out.push(value);
+                // Most often a space.
+                pos += len + usize::from(bytes[pos + len] == b' ');
+                continue;
+            }
             let byte = bytes[pos];
             if byte <= b' ' {
                 pos += 1;

@@ -53,7 +53,7 @@ pub struct Border {
     /// Patch and first place of each run of places that were put behind the lattice's own.
     runs: Vec<(u32, u32)>,
     summands: Vec<Summand>,
-    /// Normals that `points` are displaced along.
+    /// Normals that `points` are displaced along; none where they are not.
     pub normals: Vec3s,
 }
 
@@ -71,6 +71,7 @@ impl Border {
         self.points.clear();
         self.runs.clear();
         self.summands.clear();
+        self.normals.clear();
         let border = std::mem::take(&mut lattice.border);
         match displaced {
             None => border.iter().for_each(|&at| self.add_owner(context, patch, lattice, at)),

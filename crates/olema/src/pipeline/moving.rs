@@ -147,7 +147,9 @@ impl Moving {
         for (ix, point) in of.border.points.iter().enumerate() {
             let slot = of.slot(ix);
             p.set(slot, of.points.at.p.get(point.place as usize));
-            normal.set(slot, of.border.normals.get(ix));
+            // Where only normals follow, nothing moves the border, and nobody has summed what meets there.
+            let sums = &of.border.normals;
+            normal.set(slot, if sums.is_empty() { Vec3::ZERO } else { sums.get(ix) });
             shading_rate[slot] = point.shading_rate;
         }
         coordinates.lists().into_iter().for_each(Vec::clear);

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use conformance::creature::tube;
+use olema::math::noise;
 use olema::pipeline::Grid;
 use olema::pipeline::piece::Sabotage;
 use olema::pipeline::shade::Colors;
@@ -21,7 +22,7 @@ use olema::sampling::inside::HitPoint;
 use olema::sampling::nomotion::{Facing, GridView, HitSink, SampleCounts, rasterize_grid};
 use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
 use olema::scene::Attributes;
-use olema::shading::{ShaderParam as Param, displacement};
+use olema::shading::{ShaderParam as Param, TextureImage, displacement_with_images};
 use olema::stats::Seconds;
 use olema::{Hooks, Image, Renderer, Scene, Settings, Stats};
 use olema_formats::image_file::{PngOptions, write_png};
@@ -45,13 +46,15 @@ const TOTAL: usize = 6;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plain = tube(144, 80);
-    let variants: [(&str, Scene); 8] = [
+    let variants: [(&str, Scene); 9] = [
         ("not displaced", plain.clone()),
         ("noise", displaced(&plain, "noise", 0.12, false)?),
         ("fractal", displaced(&plain, "fractal", 0.12, false)?),
         // Small details, of some two pixels, as in the paper's figure 5.
         ("noise, 0.02 high", displaced(&plain, "noise", 0.02, false)?),
         ("fractal, 0.02 high", displaced(&plain, "fractal", 0.02, false)?),
+        // By an image along the normal, as the paper does.
+        ("image, 0.02 high", displaced(&plain, "image", 0.02, false)?),
         // All the work, and the size and shape of what is not displaced.
         ("noise, 1e-5 as high", displaced(&plain, "noise", 0.12e-5, false)?),
         ("fractal, 1e-5 as high", displaced(&plain, "fractal", 0.12e-5, false)?),
@@ -88,15 +91,30 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 fn displaced(plain: &Scene, name: &str, amplitude: f32, bump: bool) -> Result<Scene, olema::Error> {
     let mut scene = plain.clone();
-    let params = [
-        Param::float("amplitude", amplitude),
-        Param::float("frequency", 3.0),
-        Param::float("bump", f32::from(u8::from(bump))),
-    ];
-    let shader = displacement(name, &params)?.shader;
+    let mut params =
+        vec![Param::float("amplitude", amplitude), Param::float("bump", f32::from(u8::from(bump)))];
+    if name == "image" {
+        // As often as its squares stay about square on the tube.
+        let repeats = [("sscale", 24.0), ("tscale", 6.0), ("zero", 0.5)];
+        params.extend(repeats.map(|(name, value)| Param::float(name, value)));
+        params.push(Param::string("texturename", "bumps"));
+    } else {
+        params.push(Param::float("frequency", 3.0));
+    }
+    let shader = displacement_with_images(name, &params, &|_| bumps().map_err(|e| e.to_string()))?.shader;
     let attributes = (*scene.primitives[0].attributes).clone();
     scene.primitives[0].attributes = Arc::new(Attributes { displacement: Some(shader), ..attributes });
     Ok(scene)
+}
+
+/// An image of 128 x 128 texels of eight bits: gradient noise, sixteen cells wide.
+fn bumps() -> Result<Arc<TextureImage>, olema::Error> {
+    let height = |n: u32| {
+        let place = [n % 128, n / 128].map(|c| f64::from(c) / 8.0);
+        (128.0 + 127.0 * noise::gradient([place[0], place[1], 0.5], 0)).round() / 255.0
+    };
+    let texels: Vec<f32> = (0..128 * 128).map(height).collect();
+    Ok(Arc::new(TextureImage::new(128, 128, texels.into())?))
 }
 
 fn settings() -> Settings {

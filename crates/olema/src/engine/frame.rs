@@ -91,7 +91,7 @@ impl<'a> FrameData<'a> {
         }
         let infos = PrimitiveInfo::of_all(&scene, &camera, &patches.times, settings.shading_time);
         if infos.iter().any(|info| info.displacement.is_some()) {
-            edges.list_users(&patches);
+            edges.list_users(&patches, |primitive| infos[primitive as usize].normal_sign);
             widen(&mut patches, &edges, &infos);
         }
         let shading_time = scene_time(&scene, settings.shading_time);

@@ -173,7 +173,7 @@ fn log_edges(x: f32, inside: f64) -> f64 {
 }
 
 /// Logarithm to base 2; -inf at 0, NaN below.
-#[inline]
+#[inline(always)]
 pub fn log2(x: f32) -> f32 {
     log_edges(x, log2_wide(f64::from(x))) as f32
 }

@@ -16,12 +16,14 @@ pub mod transform;
 
 use std::ops::Range;
 
+use simd::{LANES, SimdLevel};
+
 /// Vectors as a structure of arrays, in one piece of memory: grids hold a dozen such lists, and many live at a time.
 #[derive(Debug, Clone, Default)]
 pub struct Vec3s {
     /// First components, then second, then third, each from a multiple of [`Self::room`] on.
     floats: Vec<f32>,
-    /// How many vectors there are room for.
+    /// How many vectors there are room for: whole groups of [`LANES`].
     room: usize,
     len: usize,
 }
@@ -63,6 +65,12 @@ pub struct Vec3SliceMut<'a> {
 }
 
 impl Vec3SliceMut<'_> {
+    /// Vector `ix` of the part.
+    #[inline(always)]
+    pub fn get(&self, ix: usize) -> glam::Vec3 {
+        glam::Vec3::new(self.x[ix], self.y[ix], self.z[ix])
+    }
+
     /// Replaces vector `ix` of the part.
     #[inline(always)]
     pub fn set(&mut self, ix: usize, value: glam::Vec3) {
@@ -103,6 +111,26 @@ impl Vec3s {
         [&mut x[..self.len], &mut y[..self.len], &mut z[..self.len]]
     }
 
+    /// [`Self::axes`] as whole groups of [`LANES`]: what stands behind the last vector means nothing. Kernels that go
+    /// through all of it have no rest to copy.
+    #[inline(always)]
+    pub fn groups(&self) -> [&[f32]; 3] {
+        let (room, len) = (self.room, self.len.next_multiple_of(LANES));
+        [0, 1, 2].map(
+            #[inline(always)]
+            |axis| &self.floats[axis * room..axis * room + len],
+        )
+    }
+
+    /// [`Self::groups`], to write.
+    #[inline(always)]
+    pub fn groups_mut(&mut self) -> [&mut [f32]; 3] {
+        let len = self.len.next_multiple_of(LANES);
+        let (x, rest) = self.floats.split_at_mut(self.room);
+        let (y, z) = rest.split_at_mut(self.room);
+        [&mut x[..len], &mut y[..len], &mut z[..len]]
+    }
+
     /// Vectors `range`.
     #[inline(always)]
     pub fn slice(&self, range: Range<usize>) -> Vec3Slice<'_> {
@@ -119,22 +147,29 @@ impl Vec3s {
 
     /// `len` copies of a vector.
     pub fn splat(value: glam::Vec3, len: usize) -> Self {
-        let mut floats = Vec::with_capacity(3 * len);
-        for component in value.to_array() {
-            floats.resize(floats.len() + len, component);
+        let mut all = Vec3s::with_capacity(len);
+        all.len = len;
+        for (axis, component) in all.axes_mut().into_iter().zip(value.to_array()) {
+            axis.fill(component);
         }
-        Vec3s { floats, room: len, len }
+        all
     }
 
     /// From components, all as many.
-    pub fn from_axes([x, y, z]: [&[f32]; 3]) -> Self {
-        debug_assert!(x.len() == y.len() && x.len() == z.len(), "as many of each");
-        Vec3s { floats: [x, y, z].concat(), room: x.len(), len: x.len() }
+    pub fn from_axes(axes: [&[f32]; 3]) -> Self {
+        debug_assert!(axes.iter().all(|axis| axis.len() == axes[0].len()), "as many of each");
+        let mut all = Vec3s::with_capacity(axes[0].len());
+        all.len = axes[0].len();
+        for (to, from) in all.axes_mut().into_iter().zip(axes) {
+            to.copy_from_slice(from);
+        }
+        all
     }
 
     /// None yet, with room for `len`.
     pub fn with_capacity(len: usize) -> Self {
-        Vec3s { floats: vec![0.0; 3 * len], room: len, len: 0 }
+        let room = len.next_multiple_of(LANES);
+        Vec3s { floats: vec![0.0; 3 * room], room, len: 0 }
     }
 
     /// Bytes that they take, with those there is room for.
@@ -176,9 +211,9 @@ impl Vec3s {
     fn renew(&mut self, room: usize) {
         self.len = 0;
         if self.room < room {
+            self.room = room.next_multiple_of(LANES);
             self.floats.clear();
-            self.floats.resize(3 * room, 0.0);
-            self.room = room;
+            self.floats.resize(3 * self.room, 0.0);
         }
     }
 
@@ -187,7 +222,7 @@ impl Vec3s {
         if self.room >= room {
             return;
         }
-        let room = room.max(2 * self.room);
+        let room = room.max(2 * self.room).next_multiple_of(LANES);
         let mut floats = vec![0.0; 3 * room];
         for (to, from) in floats.chunks_exact_mut(room).zip(self.axes()) {
             to[..from.len()].copy_from_slice(from);
@@ -255,10 +290,18 @@ impl Vec3s {
     }
 
     /// Adds each vector of another list of the same length.
-    pub fn add(&mut self, other: &Vec3s) {
-        for (to, other) in self.axes_mut().into_iter().zip(other.axes()) {
-            to.iter_mut().zip(other).for_each(|(to, other)| *to += other);
-        }
+    pub fn add(&mut self, level: SimdLevel, other: &Vec3s) {
+        level.run(
+            #[inline(always)]
+            || {
+                for (to, other) in self.groups_mut().into_iter().zip(other.groups()) {
+                    to.iter_mut().zip(other).for_each(
+                        #[inline(always)]
+                        |(to, other)| *to += other,
+                    );
+                }
+            },
+        );
     }
 
     /// Copies vectors `range` of another list to those from `first` on.
@@ -303,7 +346,7 @@ mod tests {
         assert_eq!(other.axes(), [&[7.0, 2.0, 7.0][..], &[7.25, 2.25, 7.25], &[-7.0, -2.0, -7.0]]);
         other.copy(1, &list, 10..12);
         assert_eq!((other.get(0), other.get(2)), (vector(7), vector(11)));
-        other.add(&list.copied(0..3));
+        other.add(SimdLevel::best(), &list.copied(0..3));
         assert_eq!(other.get(2), vector(11) + vector(2));
         assert_ne!(other, list);
     }

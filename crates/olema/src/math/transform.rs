@@ -6,33 +6,43 @@
 use glam::{DMat4, DVec3, Vec3};
 
 use super::Vec3s;
-use super::simd::{SimdLevel, load, store};
+use super::simd::SimdLevel;
 
 /// Vectors at a time: their components are doubles within.
 const GROUP: usize = 8;
 
-/// Replaces `to` by `each` of the vectors of `from`. Whole groups go through, however few vectors the last one has.
+/// Replaces `to` by `each` of the vectors of `from`, in whole groups.
 #[inline(always)]
 fn map(level: SimdLevel, from: &Vec3s, to: &mut Vec3s, each: impl Fn(DVec3) -> Vec3) {
-    to.resize(from.len());
+    to.set_len(from.len());
     level.run(
         #[inline(always)]
         || {
-            let ([from_x, from_y, from_z], [to_x, to_y, to_z]) = (from.axes(), to.axes_mut());
-            for first in (0..from_x.len()).step_by(GROUP) {
-                let from: [[f32; GROUP]; 3] = [load(from_x, first), load(from_y, first), load(from_z, first)];
+            let ([x, y, z], [to_x, to_y, to_z]) = (from.groups(), to.groups_mut());
+            let from = groups(x).iter().zip(groups(y)).zip(groups(z));
+            let to = groups_mut(to_x).iter_mut().zip(groups_mut(to_y)).zip(groups_mut(to_z));
+            for (((x, y), z), ((to_x, to_y), to_z)) in from.zip(to) {
                 let mut moved = [[0.0; GROUP]; 3];
                 for lane in 0..GROUP {
-                    let moved_lane = each(Vec3::new(from[0][lane], from[1][lane], from[2][lane]).as_dvec3());
-                    (moved[0][lane], moved[1][lane], moved[2][lane]) =
-                        (moved_lane.x, moved_lane.y, moved_lane.z);
+                    let at = each(Vec3::new(x[lane], y[lane], z[lane]).as_dvec3());
+                    (moved[0][lane], moved[1][lane], moved[2][lane]) = (at.x, at.y, at.z);
                 }
-                store(to_x, first, &moved[0]);
-                store(to_y, first, &moved[1]);
-                store(to_z, first, &moved[2]);
+                (*to_x, *to_y, *to_z) = (moved[0], moved[1], moved[2]);
             }
         },
     );
+}
+
+/// Groups of a component.
+#[inline(always)]
+fn groups(axis: &[f32]) -> &[[f32; GROUP]] {
+    axis.as_chunks().0
+}
+
+/// [`groups`], to write.
+#[inline(always)]
+fn groups_mut(axis: &mut [f32]) -> &mut [[f32; GROUP]] {
+    axis.as_chunks_mut().0
 }
 
 /// Replaces `to` by `matrix` times the points `from`.

@@ -11,10 +11,15 @@ use glam::Vec3;
 use crate::math::Vec3s;
 
 use super::displace::DisplaceContext;
+use super::edges::SideUse;
 use super::lattice::Lattice;
+use super::normals::unit_sums;
 use super::patch::{CORNER_UV, side_uv};
 use super::piece::{PointRef, Sabotage, parameter};
-use super::recall::{Recall, are_neighbours};
+use super::recall::{Recall, numerator};
+
+/// No place yet.
+const NOWHERE: u32 = u32::MAX;
 
 /// A vertex that is not at the lattice's place for it, or not displaced as that is.
 #[derive(Debug, Clone, Copy)]
@@ -48,8 +53,8 @@ pub struct Border {
     /// Patch and first place of each run of places that were put behind the lattice's own.
     runs: Vec<(u32, u32)>,
     summands: Vec<Summand>,
-    /// Normals that `points` are displaced along.
-    pub normals: Vec<Vec3>,
+    /// Normals that `points` are displaced along; none where they are not.
+    pub normals: Vec3s,
 }
 
 impl Border {
@@ -66,15 +71,17 @@ impl Border {
         self.points.clear();
         self.runs.clear();
         self.summands.clear();
+        self.normals.clear();
         let border = std::mem::take(&mut lattice.border);
         match displaced {
             None => border.iter().for_each(|&at| self.add_owner(context, patch, lattice, at)),
             Some(recall) => {
                 let num_keys = context.frame.patches.num_keys(patch);
                 let may_recall = context.frame.sabotage.is_none();
-                recall.begin();
-                for run in border.chunk_by(|a, b| are_neighbours(a.1, b.1)) {
-                    if may_recall && recall.knows(run, num_keys) {
+                recall.begin(&border);
+                for ix in 0..recall.num_runs() {
+                    let run = &border[recall.run(ix)];
+                    if may_recall && recall.knows(ix, run, num_keys) {
                         continue;
                     }
                     match run[0].1 {
@@ -129,7 +136,7 @@ impl Border {
                 let (at, sign) = if user.patch == patch && user_uv == own_uv {
                     (vertex, 1.0)
                 } else {
-                    (self.place(lattice, user.patch, user_uv), context.normal_sign(user.patch))
+                    (self.place(lattice, user.patch, user_uv), user.sign)
                 };
                 if user.patch == owner && user_uv == uv {
                     place = Some(at);
@@ -152,30 +159,39 @@ impl Border {
         (edge, denominator): (u32, u64),
     ) {
         let edges = context.frame.edges;
-        let (owners, users) = (edges.edges[edge as usize].owners, edges.edge_users(edge));
+        let owners = edges.edges[edge as usize].owners;
         let shading_rate = context.border_rate(patch, run[0].1);
+        let first = self.points.len();
         for &(vertex, point) in run {
-            let PointRef::Edge { numerator, .. } = point else { continue };
-            let owner = owners[usize::from(2 * numerator > denominator)];
-            let (own_uv, mut owner_place) = (lattice.place(vertex), None);
-            for user in users.iter().filter(|user| user.along.has(numerator, denominator)) {
-                let (numerator, denominator) = user.along.own(numerator, denominator);
-                let uv = side_uv(user.side as usize, parameter(numerator, denominator));
-                let (place, sign) = if user.patch == patch && uv == own_uv {
+            let owner = owners[usize::from(2 * numerator(point) > denominator)].patch;
+            self.points.push(BorderPoint { vertex, owner, place: NOWHERE, shading_rate });
+        }
+        // Patch after patch, so that a point's normals are still added in the patches' order.
+        for &SideUse { of: user, sign: sign_elsewhere } in edges.edge_users(edge) {
+            let owns = owners.map(|owner| (user.patch, user.side) == (owner.patch, owner.side));
+            for (&(vertex, point), ix) in run.iter().zip(first..) {
+                let numerator = numerator(point);
+                if !user.along.has(numerator, denominator) {
+                    continue;
+                }
+                let (along, denominator) = user.along.own(numerator, denominator);
+                let uv = side_uv(user.side as usize, parameter(along, denominator));
+                let (place, sign) = if user.patch == patch && uv == lattice.place(vertex) {
                     (vertex, 1.0)
                 } else {
-                    (self.place(lattice, user.patch, uv), context.normal_sign(user.patch))
+                    (self.place(lattice, user.patch, uv), sign_elsewhere)
                 };
-                if (user.patch, user.side) == (owner.patch, owner.side) {
-                    owner_place = Some(place);
+                if owns[usize::from(2 * numerator > denominator)] {
+                    self.points[ix].place = place;
                 }
-                self.summands.push(Summand { point: self.points.len() as u32, place, sign });
+                self.summands.push(Summand { point: ix as u32, place, sign });
             }
-            let place = owner_place.unwrap_or_else(|| {
+        }
+        for (&(_, point), ix) in run.iter().zip(first..) {
+            if self.points[ix].place == NOWHERE {
                 let (owner, uv) = context.frame.place(patch, point);
-                self.place(lattice, owner, uv)
-            });
-            self.points.push(BorderPoint { vertex, owner: owner.patch, place, shading_rate });
+                self.points[ix].place = self.place(lattice, owner, uv);
+            }
         }
     }
 
@@ -192,21 +208,30 @@ impl Border {
     /// Sums the normals that meet at each point. Sides that face each other leave nothing: the owner's normal stands
     /// then. Normals of the lattice's own places are oriented, the others not.
     pub fn sum_normals(&mut self, context: &DisplaceContext, normals: &Vec3s) {
-        let broken = is_broken(context);
-        self.normals.clear();
-        self.normals.resize(self.points.len(), Vec3::ZERO);
-        for &Summand { point, place, sign } in &self.summands {
-            self.normals[point as usize] += normals.get(place as usize) * sign;
+        let Border { points, summands, normals: sums, .. } = self;
+        sums.clear();
+        sums.resize(points.len());
+        let ([x, y, z], [to_x, to_y, to_z]) = (normals.axes(), sums.axes_mut());
+        for &Summand { point, place, sign } in &*summands {
+            let (to, from) = (point as usize, place as usize);
+            to_x[to] += x[from] * sign;
+            to_y[to] += y[from] * sign;
+            to_z[to] += z[from] * sign;
         }
-        for (point, sum) in self.points.iter().zip(&mut self.normals) {
-            let length = sum.length();
-            *sum = if length > 1e-3 {
-                *sum / length
-            } else if broken || point.place == point.vertex {
+        if unit_sums(context.frame.surfaces.level, sums) {
+            return;
+        }
+        let broken = is_broken(context);
+        for (ix, point) in points.iter().enumerate() {
+            if sums.get(ix) != Vec3::ZERO {
+                continue;
+            }
+            let normal = if broken || point.place == point.vertex {
                 normals.get(point.vertex as usize)
             } else {
                 normals.get(point.place as usize) * context.normal_sign(point.owner)
             };
+            sums.set(ix, normal);
         }
     }
 }

@@ -180,6 +180,11 @@ impl DisplaceContext<'_, '_> {
 /// Notes how far displacement may move the patches' points: by their own shaders, and by those of the patches that own
 /// their borders.
 pub fn widen(patches: &mut PatchTable, edges: &EdgeTable, infos: &[Arc<PrimitiveInfo>]) {
+    if let [info] = infos {
+        let reach = info.displacement.as_ref().map_or(0.0, |d| d.bound_cam);
+        patches.patches.iter_mut().for_each(|patch| patch.reach = reach);
+        return;
+    }
     for ix in 0..patches.patches.len() {
         let patch = patches.patches[ix];
         let owners =

@@ -101,12 +101,23 @@ pub struct Corner {
 }
 
 /// A patch's corner.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CornerUse {
     /// The patch.
     pub patch: u32,
     /// Its corner.
     pub corner: u8,
+    /// +1 where its normal is dPdu x dPdv, -1 where it is the opposite.
+    pub sign: f32,
+}
+
+/// A patch's side along an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SideUse {
+    /// The side.
+    pub of: Owner,
+    /// +1 where the patch's normal is dPdu x dPdv, -1 where it is the opposite.
+    pub sign: f32,
 }
 
 /// Edges and corners of all patches.
@@ -118,7 +129,7 @@ pub struct EdgeTable {
     pub corners: Vec<Corner>,
     /// What was measured of them.
     pub known: Known,
-    edge_users: Lists<Owner>,
+    edge_users: Lists<SideUse>,
     corner_users: Lists<CornerUse>,
 }
 
@@ -160,25 +171,27 @@ impl EdgeTable {
         self.edges.iter().filter(|e| e.users > 1).count()
     }
 
-    /// Notes who meets at each edge and corner, for those who displace.
-    pub fn list_users(&mut self, table: &PatchTable) {
+    /// Notes who meets at each edge and corner, for those who displace. `sign` is that of a primitive's normals.
+    pub fn list_users(&mut self, table: &PatchTable, sign: impl Fn(u32) -> f32 + Copy) {
         let patches = || table.patches.iter().zip(0u32..);
         let sides = patches().flat_map(|(patch, ix)| {
-            patch
-                .edges
-                .iter()
-                .zip(0u8..)
-                .map(move |(used, side)| (used.edge, Owner { patch: ix, side, along: used.along }))
+            let sign = sign(patch.primitive);
+            let side = move |(used, side): (&EdgeUse, u8)| {
+                (used.edge, SideUse { of: Owner { patch: ix, side, along: used.along }, sign })
+            };
+            patch.edges.iter().zip(0u8..).map(side)
         });
         let corners = patches().flat_map(|(patch, ix)| {
-            patch.corners.iter().zip(0u8..).map(move |(&id, corner)| (id, CornerUse { patch: ix, corner }))
+            let sign = sign(patch.primitive);
+            let corner = move |(&id, corner): (&u32, u8)| (id, CornerUse { patch: ix, corner, sign });
+            patch.corners.iter().zip(0u8..).map(corner)
         });
         self.edge_users = Lists::new(self.edges.len(), sides);
         self.corner_users = Lists::new(self.corners.len(), corners);
     }
 
     /// Sides along an edge, in the order of their patches, once [`Self::list_users`] has run.
-    pub fn edge_users(&self, edge: u32) -> &[Owner] {
+    pub fn edge_users(&self, edge: u32) -> &[SideUse] {
         self.edge_users.get(edge)
     }
 

@@ -40,6 +40,8 @@ pub struct Lattice {
     /// For each vertex of the bottom, right, top and left side, where the lattice goes on: a ghost, or the vertex itself.
     /// Empty without a ring.
     beyond: [Vec<u32>; 4],
+    /// Which of them have ghosts.
+    ghosts: [bool; 4],
     is_straight: bool,
     column_u: Vec<f32>,
     row_v: Vec<f32>,
@@ -201,6 +203,7 @@ impl Lattice {
             let mut beyond = std::mem::take(&mut self.beyond[side]);
             let steps = if side % 2 == 0 { self.columns } else { self.rows };
             let goes_on = goes_on(&piece.sides[side], block, side);
+            self.ghosts[side] = goes_on;
             for step in 0..steps {
                 let vertex = self.on_side(side, step) as u32;
                 let ghost = goes_on.then(|| self.ghost(piece, block, side, step)).flatten();
@@ -234,25 +237,35 @@ impl Lattice {
     /// mean nothing. Where the surface ends, a vertex stands beyond itself.
     pub fn ring(&self, values: &Vec3s, ring: &mut Vec3s) {
         let (columns, width) = (self.columns, self.columns + 2);
-        ring.resize(width * (self.rows + 2));
-        for row in 0..self.rows {
-            let to = (row + 1) * width + 1;
-            ring.copy(to, values, row * columns..(row + 1) * columns);
-        }
-        let outwards = [-(width as isize), 1, width as isize, -1];
-        for (side, outwards) in outwards.into_iter().enumerate() {
-            for (step, &place) in self.beyond[side].iter().enumerate() {
-                let at = self.in_ring(self.on_side(side, step));
-                let is_ghost = place as usize >= self.num_vertices();
-                let value = if is_ghost { values.get(place as usize) } else { ring.get(at) };
-                ring.set(at.wrapping_add_signed(outwards), value);
+        ring.set_len(width * (self.rows + 2));
+        let last = self.num_vertices() - columns;
+        // First place beyond each side, and the step to the next one.
+        let sides = [(1, 1), (2 * width - 1, width), ((self.rows + 1) * width + 1, 1), (width, width)];
+        for (to, from) in ring.axes_mut().into_iter().zip(values.axes()) {
+            let rows = from.chunks_exact(columns).take(self.rows);
+            for (to, from) in to[width..].chunks_exact_mut(width).zip(rows) {
+                to[1..=columns].copy_from_slice(from);
+                (to[0], to[columns + 1]) = (from[0], from[columns - 1]);
+            }
+            to[1..=columns].copy_from_slice(&from[..columns]);
+            to[(self.rows + 1) * width + 1..][..columns].copy_from_slice(&from[last..][..columns]);
+            let has_ghosts = |&(side, _): &(usize, _)| self.ghosts[side];
+            for (side, (first, step)) in sides.into_iter().enumerate().filter(has_ghosts) {
+                for (to, &place) in to[first..].iter_mut().step_by(step).zip(&self.beyond[side]) {
+                    *to = from[place as usize];
+                }
             }
         }
     }
 
-    /// Number of a vertex in the ring.
-    fn in_ring(&self, vertex: usize) -> usize {
-        (vertex / self.columns + 1) * (self.columns + 2) + vertex % self.columns + 1
+    /// Takes what belongs to the vertices out of a list that [`Self::ring`] has made the places for.
+    pub fn without_ring(&self, ring: &Vec3s, values: &mut Vec3s) {
+        let (columns, width) = (self.columns, self.columns + 2);
+        for (to, from) in values.axes_mut().into_iter().zip(ring.axes()) {
+            for (to, from) in to.chunks_exact_mut(columns).zip(from[width + 1..].chunks(width)) {
+                to.copy_from_slice(&from[..columns]);
+            }
+        }
     }
 
     /// Calls `visit` with the number in the ring of every vertex, in order.

@@ -8,14 +8,15 @@
 
 use glam::Vec3;
 
-use crate::math::{Vec3s, transform};
+use crate::math::simd::{LANES, load, store};
+use crate::math::{Vec3Slice, Vec3s, transform};
 use crate::shading::DisplacementPoints;
 
 use super::border::Border;
 use super::displace::{DisplaceContext, Displacer};
 use super::lattice::Lattice;
 use super::points::Points;
-use super::primvar::texture_coordinates;
+use super::primvar::{has_variables, spanned, texture_coordinates};
 
 /// Points as displacement needs them; used again for every grid.
 #[derive(Debug, Default)]
@@ -101,18 +102,18 @@ impl Moving {
         let moves_border = |patch: u32| displacer(patch).is_some_and(|d| !d.is_bump);
         let moves_own = displacer(of.patch).is_some_and(|d| of.lattice.has_ring() || !d.is_bump);
         let owners = || of.border.points.iter().map(|point| point.owner);
-        let reads = std::iter::once(of.patch).chain(owners()).any(|patch| reads_coordinates(context, patch));
-        self.gather(context, of, reads);
-        out.assign(&self.all.p, 0..of.len());
-        let own = primitive(of.patch);
+        self.gather(context, of, any_reads_coordinates(context, of.patch, of.border));
         let border_alike = moves_own == moves_border(of.patch) || of.border.points.is_empty();
-        if border_alike && owners().all(|owner| primitive(owner) == own) {
+        if border_alike && moves_alone(context, of.patch, of.border) {
             if moves_own {
                 self.run(context, of, of.patch, false);
-                out.add(&self.moved);
+                std::mem::swap(&mut self.moved, out);
+            } else {
+                out.assign(&self.all.p, 0..of.len());
             }
             return;
         }
+        out.assign(&self.all.p, 0..of.len());
         // Who moves each entry.
         let mut mover = vec![moves_own.then_some(of.patch); of.len()];
         for (ix, owner) in owners().enumerate() {
@@ -129,7 +130,7 @@ impl Moving {
             self.pick(&picked);
             self.run(context, of, patch, true);
             for (slot, ix) in picked.into_iter().enumerate() {
-                out.set(ix, out.get(ix) + self.moved.get(slot));
+                out.set(ix, self.moved.get(slot));
             }
         }
     }
@@ -137,16 +138,18 @@ impl Moving {
     /// What all points' displacement depends on.
     fn gather(&mut self, context: &DisplaceContext, of: Displaced, reads_coordinates: bool) {
         let Batch { p, normal, shading_rate, coordinates } = &mut self.all;
-        p.assign(&of.points.at.p, 0..of.lattice.own);
-        normal.assign(&of.points.normal, 0..of.lattice.own);
-        p.resize(of.len());
-        normal.resize(of.len());
+        for (to, from) in [(&mut *p, &of.points.at.p), (&mut *normal, &of.points.normal)] {
+            to.set_len(of.len());
+            to.copy(0, from, 0..of.lattice.own);
+        }
         shading_rate.clear();
         shading_rate.resize(of.len(), context.shading_rate(of.patch));
-        for (ix, (point, &sum)) in of.border.points.iter().zip(&of.border.normals).enumerate() {
+        for (ix, point) in of.border.points.iter().enumerate() {
             let slot = of.slot(ix);
             p.set(slot, of.points.at.p.get(point.place as usize));
-            normal.set(slot, sum);
+            // Where only normals follow, nothing moves the border, and nobody has summed what meets there.
+            let sums = &of.border.normals;
+            normal.set(slot, if sums.is_empty() { Vec3::ZERO } else { sums.get(ix) });
             shading_rate[slot] = point.shading_rate;
         }
         coordinates.lists().into_iter().for_each(Vec::clear);
@@ -170,7 +173,7 @@ impl Moving {
         }
     }
 
-    /// Puts points, all of one primitive, through its shader: replaces `moved` by how far they go in camera space.
+    /// Puts points, all of one primitive, through its shader: replaces `moved` by where they are then, in camera space.
     fn run(&mut self, context: &DisplaceContext, of: Displaced, patch: u32, picked: bool) {
         let (primitive, info) = context.info(patch);
         let Some(displacer) = &info.displacement else { return };
@@ -194,6 +197,7 @@ impl Moving {
         displacer.shader.displace(inputs, offset);
         context.check(primitive, displacer, offset);
         transform::vectors(level, &spaces.to_camera, offset, moved);
+        moved.add(level, &batch.p);
     }
 }
 
@@ -227,42 +231,120 @@ impl Batch {
     }
 }
 
-/// Whether the displacement of a patch's primitive reads parameters or texture coordinates.
-pub fn reads_coordinates(context: &DisplaceContext, patch: u32) -> bool {
-    let displacer = context.info(patch).1.displacement.as_ref();
-    displacer.is_some_and(|d| d.shader.reads_texture_coordinates() || d.shader.reads_parameters())
+/// Whether a patch and the owners of its border are of one primitive.
+fn moves_alone(context: &DisplaceContext, patch: u32, border: &Border) -> bool {
+    let primitive = |patch: u32| context.info(patch).0;
+    context.frame.patches.patches[patch as usize].moves_alone
+        || border.points.iter().all(|point| primitive(point.owner) == primitive(patch))
+}
+
+/// Whether the displacement of a patch or of an owner of its border reads parameters or texture coordinates.
+pub fn any_reads_coordinates(context: &DisplaceContext, patch: u32, border: &Border) -> bool {
+    let reads = |patch: u32| {
+        let displacer = context.info(patch).1.displacement.as_ref();
+        displacer.is_some_and(|d| d.shader.reads_texture_coordinates() || d.shader.reads_parameters())
+    };
+    let moves_alone = context.frame.patches.patches[patch as usize].moves_alone;
+    reads(patch) || !moves_alone && border.points.iter().any(|point| reads(point.owner))
 }
 
 impl Coordinates {
     /// Those of all points.
     fn gather(&mut self, context: &DisplaceContext, of: Displaced) {
         self.lists().into_iter().for_each(|list| list.resize(of.len(), 0.0));
-        let own: Vec<(usize, usize)> = (0..of.lattice.own).map(|ix| (ix, ix)).collect();
-        self.set(context, of, of.patch, &own);
+        let own = of.lattice.own;
+        let on_patch = OnPatch::new(context, of.patch);
+        let uv = [&of.lattice.u[..own], &of.lattice.v[..own]];
+        let derivatives = [of.points.at.du.slice(0..own), of.points.at.dv.slice(0..own)];
+        let to = self.lists().map(|list| &mut list[..own]);
+        context.frame.surfaces.level.run(
+            #[inline(always)]
+            || on_patch.put_all(uv, derivatives, to),
+        );
+        self.replace_by_variables(context, of, of.patch, (0..own).map(|ix| (ix, ix)));
         let mut first = 0;
         for run in of.border.points.chunk_by(|a, b| a.owner == b.owner) {
-            let places: Vec<(usize, usize)> =
-                (first..).zip(run).map(|(ix, point)| (of.slot(ix), point.place as usize)).collect();
-            self.set(context, of, run[0].owner, &places);
+            let on_patch = OnPatch::new(context, run[0].owner);
+            let places = (first..).zip(run).map(|(ix, point)| (of.slot(ix), point.place as usize));
+            for (ix, place) in places.clone() {
+                let at = of.points.at.get(place);
+                let all = on_patch.at(of.lattice.place(place as u32), at.du, at.dv);
+                self.lists().into_iter().zip(all).for_each(|(list, value)| list[ix] = value);
+            }
+            self.replace_by_variables(context, of, run[0].owner, places);
             first += run.len();
         }
     }
 
-    /// Those of points on one patch, given as (entry, place).
-    fn set(&mut self, context: &DisplaceContext, of: Displaced, patch: u32, points: &[(usize, usize)]) {
-        let [u0, u1, v0, v1] = context.frame.patches.patches[patch as usize].params;
+    /// Takes the texture coordinates of points on one patch, given as (entry, place), from its primitive's variables, if it
+    /// has any.
+    fn replace_by_variables(
+        &mut self,
+        context: &DisplaceContext,
+        of: Displaced,
+        patch: u32,
+        points: impl Iterator<Item = (usize, usize)> + Clone,
+    ) {
         let (primitive, info) = context.info(patch);
         let primitive = &context.scene.primitives[primitive as usize];
-        let uv: Vec<[f32; 2]> = points.iter().map(|&(_, place)| of.lattice.place(place as u32)).collect();
-        let (s, t) = texture_coordinates(context.frame, patch, &uv, primitive, info);
-        for (slot, &(ix, place)) in points.iter().enumerate() {
-            let at = of.points.at.get(place);
-            self.u[ix] = u0 + (u1 - u0) * uv[slot][0];
-            self.v[ix] = v0 + (v1 - v0) * uv[slot][1];
-            (self.s[ix], self.t[ix]) = (s[slot], t[slot]);
-            self.stretch[ix] = at.du.length().max(at.dv.length()).max(f32::MIN_POSITIVE);
-            self.scale[ix] = (u1 - u0).abs().max((v1 - v0).abs());
+        if !has_variables(primitive) {
+            return;
         }
+        let uv: Vec<[f32; 2]> = points.clone().map(|(_, place)| of.lattice.place(place as u32)).collect();
+        let (s, t) = texture_coordinates(context.frame, patch, &uv, primitive, info);
+        for (slot, (ix, _)) in points.enumerate() {
+            (self.s[ix], self.t[ix]) = (s[slot], t[slot]);
+        }
+    }
+}
+
+/// What the coordinates of points on a patch follow from.
+struct OnPatch<'a> {
+    params: [f32; 4],
+    corners: &'a [[f32; 2]; 4],
+    scale: f32,
+}
+
+impl<'a> OnPatch<'a> {
+    fn new(context: &DisplaceContext<'a, '_>, patch: u32) -> Self {
+        let [u0, u1, v0, v1] = context.frame.patches.patches[patch as usize].params;
+        let primitive = &context.scene.primitives[context.info(patch).0 as usize];
+        OnPatch {
+            params: [u0, u1, v0, v1],
+            corners: &primitive.attributes.texture_coordinates,
+            scale: (u1 - u0).abs().max((v1 - v0).abs()),
+        }
+    }
+
+    /// [`Self::at`] for a list of points.
+    #[inline(always)]
+    fn put_all(&self, [u, v]: [&[f32]; 2], [du, dv]: [Vec3Slice; 2], mut to: [&mut [f32]; 6]) {
+        for first in (0..u.len()).step_by(LANES) {
+            let (u, v): ([f32; LANES], [f32; LANES]) = (load(u, first), load(v, first));
+            let du: [[f32; LANES]; 3] = [load(du.x, first), load(du.y, first), load(du.z, first)];
+            let dv: [[f32; LANES]; 3] = [load(dv.x, first), load(dv.y, first), load(dv.z, first)];
+            let mut all = [[0.0; LANES]; 6];
+            for lane in 0..LANES {
+                let along_u = Vec3::new(du[0][lane], du[1][lane], du[2][lane]);
+                let along_v = Vec3::new(dv[0][lane], dv[1][lane], dv[2][lane]);
+                let [u, v, s, t, stretch, scale] = self.at([u[lane], v[lane]], along_u, along_v);
+                (all[0][lane], all[1][lane], all[2][lane]) = (u, v, s);
+                (all[3][lane], all[4][lane], all[5][lane]) = (t, stretch, scale);
+            }
+            for (to, values) in to.iter_mut().zip(&all) {
+                store(to, first, values);
+            }
+        }
+    }
+
+    /// u, v, s, t, stretch and scale of a point at (u, v) of the patch.
+    #[inline(always)]
+    fn at(&self, [u, v]: [f32; 2], du: Vec3, dv: Vec3) -> [f32; 6] {
+        let [u0, u1, v0, v1] = self.params;
+        let uv = [u0 + (u1 - u0) * u, v0 + (v1 - v0) * v];
+        let [s, t] = [spanned(self.corners, 0, uv), spanned(self.corners, 1, uv)];
+        let stretch = du.length().max(dv.length()).max(f32::MIN_POSITIVE);
+        [uv[0], uv[1], s, t, stretch, self.scale]
     }
 }
 

@@ -44,6 +44,27 @@ pub fn surface_normals(
     )
 }
 
+/// Makes sums of normals of unit length; zero those of next to nothing. Returns whether there are none of these.
+pub fn unit_sums(level: SimdLevel, sums: &mut Vec3s) -> bool {
+    level.run(
+        #[inline(always)]
+        || {
+            let len = sums.len();
+            let mut all = sums.slice_mut(0..len);
+            let mut num_short = 0u32;
+            for ix in 0..len {
+                let sum = all.get(ix);
+                let length = sum.length();
+                let is_long = length > 1e-3;
+                let unit = sum / length;
+                num_short += u32::from(!is_long);
+                all.set(ix, if is_long { unit } else { Vec3::ZERO });
+            }
+            num_short == 0
+        },
+    )
+}
+
 /// Writes what lies part of the way from one unit normal to another to `out`, of unit length; the first of them where the
 /// two are opposite.
 pub fn blend_normals(level: SimdLevel, [from, to]: [&Vec3s; 2], part: f32, len: usize, out: &mut Vec3s) {
@@ -98,6 +119,23 @@ pub fn lattice_normals(level: SimdLevel, lattice: &Vec3s, width: usize, sign: f3
 mod tests {
     use super::*;
     use crate::math::hash::{hash32, signed_unit};
+
+    #[test]
+    fn sums_of_normals_are_the_twin_on_every_level() {
+        for level in SimdLevel::all() {
+            let mut sums = Vec3s::default();
+            for n in 0..37 {
+                let random = |axis: u32| signed_unit(hash32(3 * n + axis)) * 3.0;
+                sums.push(Vec3::new(random(0), random(1), random(2)));
+            }
+            let twins: Vec<Vec3> = (0..37).map(|ix| sums.get(ix) / sums.get(ix).length()).collect();
+            assert!(unit_sums(level, &mut sums));
+            (0..37).for_each(|ix| assert_eq!(sums.get(ix), twins[ix], "{level:?}"));
+            sums.set(9, Vec3::splat(1e-4));
+            assert!(!unit_sums(level, &mut sums));
+            assert_eq!(sums.get(9), Vec3::ZERO, "sides that face each other");
+        }
+    }
 
     #[test]
     fn blended_normals_are_the_twin_on_every_level() {

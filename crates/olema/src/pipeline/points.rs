@@ -193,23 +193,19 @@ impl Points {
     ) {
         lattice.ring(placed, &mut self.ring);
         let (level, sign) = (context.frame.surfaces.level, context.normal_sign(patch));
-        let (columns, width) = (lattice.columns, lattice.columns + 2);
-        let has_gaps = lattice_normals(level, &self.ring, width, sign, &mut self.ring_normal);
+        let has_gaps = lattice_normals(level, &self.ring, lattice.columns + 2, sign, &mut self.ring_normal);
         // A list that nobody asked for is empty.
         for list in normals.into_iter().filter(|list| !list.is_empty()) {
-            for row in 0..lattice.rows {
-                let (vertex, at) = (row * columns, (row + 1) * width + 1);
-                if !has_gaps {
-                    list.copy(vertex, &self.ring_normal, at..at + columns);
-                    continue;
-                }
-                for column in 0..columns {
-                    let normal = self.ring_normal.get(at + column);
-                    if normal != Vec3::ZERO {
-                        list.set(vertex + column, normal);
-                    }
-                }
+            if !has_gaps {
+                lattice.without_ring(&self.ring_normal, list);
+                continue;
             }
+            lattice.each_in_ring(|vertex, at| {
+                let normal = self.ring_normal.get(at);
+                if normal != Vec3::ZERO {
+                    list.set(vertex, normal);
+                }
+            });
         }
     }
 }

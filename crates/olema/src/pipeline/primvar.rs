@@ -76,8 +76,7 @@ impl PatchVar {
         match &self.form {
             Form::One(value) => value[component],
             Form::Corners([a, b, c, d]) => {
-                let mix = |a: f32, b: f32, t: f32| a * (1.0 - t) + b * t;
-                mix(mix(a[component], b[component], u), mix(c[component], d[component], u), v)
+                between_corners([a[component], b[component], c[component], d[component]], [u, v])
             }
             Form::Bezier(points) => bezier(&points[component], f64::from(u), f64::from(v)) as f32,
         }
@@ -144,6 +143,20 @@ fn to_space(raw: &[f32], ty: VarType, to_camera: &DMat4) -> Vec<f32> {
     }
 }
 
+/// s or t between those of a primitive's corners, which span all of it: at its own (u, v).
+#[inline(always)]
+pub fn spanned([a, b, c, d]: &[[f32; 2]; 4], component: usize, [u, v]: [f32; 2]) -> f32 {
+    let pick = [a[component], b[component], c[component], d[component]];
+    between_corners(pick, [u, v])
+}
+
+/// What lies between four corners.
+#[inline(always)]
+fn between_corners([a, b, c, d]: [f32; 4], [u, v]: [f32; 2]) -> f32 {
+    let along_u = [a * (1.0 - u) + b * u, c * (1.0 - u) + d * u];
+    along_u[0] * (1.0 - v) + along_u[1] * v
+}
+
 /// Texture coordinates s and t at places of a patch: the primitive's "st", or "s" and "t", or what its attributes
 /// span over its own (u, v).
 pub fn texture_coordinates(
@@ -155,12 +168,10 @@ pub fn texture_coordinates(
 ) -> (Vec<f32>, Vec<f32>) {
     let patch = &context.patches.patches[patch_ix as usize];
     let [u0, u1, v0, v1] = patch.params;
-    let [a, b, c, d] = primitive.attributes.texture_coordinates;
-    let spanned = PatchVar::corners([a, b, c, d].map(|st| st.to_vec()));
-    // Texture coordinates span the primitive, so they are read at its own (u, v).
+    let corners = &primitive.attributes.texture_coordinates;
     let own = |component: usize| -> Vec<f32> {
         let whole = |[u, v]: [f32; 2]| [u0 + (u1 - u0) * u, v0 + (v1 - v0) * v];
-        uv.iter().map(|&at| spanned.evaluate(component, whole(at))).collect()
+        uv.iter().map(|&at| spanned(corners, component, whole(at))).collect()
     };
     let mut st = [None, None];
     let wanted = |name: &str| matches!(name, "s" | "t" | "st");

@@ -56,15 +56,18 @@ fn balls(hull: &Hull, apart: f32) -> Balls {
         at[1][lane] -= first.y;
         at[2][lane] -= first.z;
     }
-    let along = farthest(&at).normalize_or(Vec3::X);
-    let mut off = at;
-    for lane in 0..LANES {
-        let part = along.x * at[0][lane] + along.y * at[1][lane] + along.z * at[2][lane];
-        off[0][lane] -= along.x * part;
-        off[1][lane] -= along.y * part;
-        off[2][lane] -= along.z * part;
-    }
-    let across = farthest(&off).normalize_or(along.any_orthonormal_vector());
+    // As the sides of a lattice of control points lie; any other axes hold the hull as well, if not as closely.
+    let (diagonal, other) = (lane(&at, LANES - 1), lane(&at, 3) - lane(&at, LANES - 4));
+    let sides = if diagonal == Vec3::ZERO { farthest_two(&at) } else { [diagonal + other, diagonal - other] };
+    let is_longer = sides[0].length_squared() >= sides[1].length_squared();
+    let [long, short] = if is_longer { sides } else { [sides[1], sides[0]] };
+    let along = long.normalize_or(Vec3::X);
+    let off = short - along * along.dot(short);
+    let off = off - along * along.dot(off);
+    let across = off.try_normalize().unwrap_or_else(
+        #[inline(always)]
+        || along.any_orthonormal_vector(),
+    );
     let axes = [along, across, along.cross(across)];
     let (mut from, mut size) = ([0.0; 3], [0.0; 3]);
     for axis in 0..3 {
@@ -72,27 +75,53 @@ fn balls(hull: &Hull, apart: f32) -> Balls {
         (from[axis], size[axis]) = (ends[0], ends[1] - ends[0]);
     }
     // 16 parts: the longest side is halved four times.
-    let mut halved = [0; 3];
+    let mut halved = [0u32; 3];
     for _ in 0..LANES.ilog2() {
-        let longest = if size[0] >= size[1].max(size[2]) { 0 } else { 1 + usize::from(size[2] > size[1]) };
-        size[longest] *= 0.5;
-        halved[longest] += 1;
+        let [x, y, z] = size;
+        let longest = if x >= y.max(z) { 0 } else { 1 + usize::from(z > y) };
+        for axis in 0..3 {
+            let is_longest = axis == longest;
+            size[axis] *= if is_longest { 0.5 } else { 1.0 };
+            halved[axis] += u32::from(is_longest);
+        }
     }
     let radius = 0.5 * Vec3::from(size).length() * 1.0001 + apart;
     let radius = if radius.is_finite() { radius } else { f32::INFINITY };
-    let mut balls = Balls { centers: [[0.0; LANES]; 3], radius };
-    for ball in 0..LANES as u32 {
-        let part = [ball, ball >> halved[0], ball >> (halved[0] + halved[1])];
-        let mut center = first;
-        for axis in 0..3 {
-            let part = (part[axis] & ((1 << halved[axis]) - 1)) as i32 as f32 + 0.5;
-            center += axes[axis] * (from[axis] + size[axis] * part);
+    let mut balls = Balls { centers: [[first.x; LANES], [first.y; LANES], [first.z; LANES]], radius };
+    let mut bit = 0;
+    for axis in 0..3 {
+        let (along, mask) = (axes[axis].to_array(), (1u32 << halved[axis]) - 1);
+        for ball in 0..LANES {
+            let part = (ball as u32 >> bit & mask) as i32 as f32 + 0.5;
+            let place = from[axis] + size[axis] * part;
+            balls.centers[0][ball] += along[0] * place;
+            balls.centers[1][ball] += along[1] * place;
+            balls.centers[2][ball] += along[2] * place;
         }
-        let ball = ball as usize;
-        (balls.centers[0][ball], balls.centers[1][ball], balls.centers[2][ball]) =
-            (center.x, center.y, center.z);
+        bit += halved[axis];
     }
     balls
+}
+
+/// One of some vectors.
+#[inline(always)]
+fn lane([x, y, z]: &[[f32; LANES]; 3], lane: usize) -> Vec3 {
+    Vec3::new(x[lane], y[lane], z[lane])
+}
+
+/// The longest of some vectors, and the one that is farthest off its direction.
+#[inline(always)]
+fn farthest_two(at: &[[f32; LANES]; 3]) -> [Vec3; 2] {
+    let long = farthest(at);
+    let along = long.normalize_or(Vec3::X);
+    let mut off = *at;
+    for lane in 0..LANES {
+        let part = along.x * at[0][lane] + along.y * at[1][lane] + along.z * at[2][lane];
+        off[0][lane] -= along.x * part;
+        off[1][lane] -= along.y * part;
+        off[2][lane] -= along.z * part;
+    }
+    [long, farthest(&off)]
 }
 
 /// The longest of some vectors.

@@ -4,6 +4,8 @@
 //! of an edge is a function of the edge alone, so it has the same bits whether it is recalled or computed again. Most
 //! edges are asked for twice and most corners four times, each time with the normals of all patches around them.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use crate::math::Vec3s;
@@ -40,6 +42,20 @@ struct Run {
     used_by: u64,
 }
 
+/// A run that a grid asks for.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    place: Place,
+    /// First and last point.
+    ends: [u64; 2],
+    /// Where it would be remembered.
+    slot: u32,
+    /// Whether it was there before the grid.
+    is_there: bool,
+    /// First vertex and the one behind the last one, in the list of the border.
+    range: [u32; 2],
+}
+
 /// A vertex, and the point of a run that it is.
 #[derive(Debug, Clone, Copy)]
 struct Link {
@@ -54,37 +70,63 @@ pub struct Recall {
     runs: Vec<Run>,
     /// Number of the grid that is diced.
     grid: u64,
+    asked: Vec<Asked>,
     recalled: Vec<Link>,
     remembered: Vec<Link>,
 }
 
 impl Recall {
-    /// Begins with the next grid.
-    pub fn begin(&mut self) {
+    /// Begins with the next grid, which has the vertices `border`: cuts them into runs, and looks for all of these before
+    /// anything is done about one, since what is remembered is mostly far away in memory, and comes at the same time then.
+    pub fn begin(&mut self, border: &[(u32, PointRef)]) {
         self.grid += 1;
+        self.asked.clear();
         self.recalled.clear();
         self.remembered.clear();
-    }
-
-    /// Whether the vertices of a run, all on one tessellation of one edge or on one corner, are known; if not, they will
-    /// be once [`Self::exchange`] has seen them.
-    pub fn knows(&mut self, run: &[(u32, PointRef)], num_keys: usize) -> bool {
-        let (place, first, last) = span(run);
-        let slot = match place {
-            Place::Nowhere => return false,
-            Place::Corner(corner) => hash_all([corner, 0]),
-            Place::Edge(edge, denominator) => hash_all([edge, denominator as u32]),
-        } as usize
-            % REMEMBERED;
         if self.runs.is_empty() {
             let placed = Vec::new();
             let nothing = Run { place: Place::Nowhere, first: 0, len: 0, placed, made_by: 0, used_by: 0 };
             self.runs.resize(REMEMBERED, nothing);
         }
-        let known = &mut self.runs[slot];
-        let holds = known.place == place && known.first <= first && last < known.first + known.len as u64;
+        let mut from = 0;
+        for run in border.chunk_by(|a, b| are_neighbours(a.1, b.1)) {
+            let (place, first, last) = span(run);
+            let hash = match place {
+                Place::Nowhere => 0,
+                Place::Corner(corner) => hash_all([corner, 0]),
+                Place::Edge(edge, denominator) => hash_all([edge, denominator as u32]),
+            };
+            let slot = hash % REMEMBERED as u32;
+            let known = &self.runs[slot as usize];
+            let is_there =
+                (known.place == place) & (known.first <= first) & (last < known.first + known.len as u64);
+            let range = [from, from + run.len() as u32];
+            self.asked.push(Asked { place, ends: [first, last], slot, is_there, range });
+            from = range[1];
+        }
+    }
+
+    /// How many runs the grid's border has.
+    pub fn num_runs(&self) -> usize {
+        self.asked.len()
+    }
+
+    /// The vertices of a run in the list of the border: all on one tessellation of one edge, or a single one.
+    pub fn run(&self, ix: usize) -> Range<usize> {
+        let [from, to] = self.asked[ix].range;
+        from as usize..to as usize
+    }
+
+    /// Whether the vertices of a run, which are given, are known; if not, they will be once [`Self::exchange`] has seen
+    /// them.
+    pub fn knows(&mut self, ix: usize, run: &[(u32, PointRef)], num_keys: usize) -> bool {
+        let Asked { place, ends: [first, last], slot, is_there, .. } = self.asked[ix];
+        if place == Place::Nowhere {
+            return false;
+        }
+        let known = &mut self.runs[slot as usize];
         // A surface that is closed has an edge twice: what this grid is to compute is not known yet.
-        let is_known = holds && known.made_by != self.grid;
+        let is_known = is_there && known.made_by != self.grid;
         if !is_known {
             if known.used_by == self.grid || last - first >= MOST_POINTS {
                 return false;
@@ -95,10 +137,12 @@ impl Recall {
             known.made_by = self.grid;
         }
         known.used_by = self.grid;
+        let first = known.first;
         let links = if is_known { &mut self.recalled } else { &mut self.remembered };
-        links.extend(run.iter().map(|&(vertex, point)| {
-            let point = (numerator(point) - known.first) as u32;
-            Link { vertex, slot: slot as u32, point }
+        links.extend(run.iter().map(|&(vertex, point)| Link {
+            vertex,
+            slot,
+            point: (numerator(point) - first) as u32,
         }));
         is_known
     }
@@ -116,7 +160,9 @@ impl Recall {
     }
 }
 
-fn numerator(point: PointRef) -> u64 {
+/// Where a point is along its edge; 0 for any other point.
+#[inline(always)]
+pub fn numerator(point: PointRef) -> u64 {
     if let PointRef::Edge { numerator, .. } = point { numerator } else { 0 }
 }
 
@@ -136,7 +182,7 @@ fn span(run: &[(u32, PointRef)]) -> (Place, u64, u64) {
 /// Whether two border points are the same or follow each other on one tessellation of one edge. (A grid's corner may be a
 /// point of an edge that an earlier split made, in other steps than the side goes; and a surface that closes has points
 /// of one edge on both sides of a grid: a run has no gaps.)
-pub fn are_neighbours(a: PointRef, b: PointRef) -> bool {
+fn are_neighbours(a: PointRef, b: PointRef) -> bool {
     match (a, b) {
         (PointRef::Edge { edge: a, denominator: m, .. }, PointRef::Edge { edge: b, denominator: n, .. })
             if (a, m) == (b, n) => {}
@@ -158,15 +204,20 @@ mod tests {
         Vec3s::from_axes([values; 3])
     }
 
+    /// What is known of the runs of a grid's border.
+    fn ask(recall: &mut Recall, border: &[(u32, PointRef)], num_keys: usize) -> Vec<bool> {
+        recall.begin(border);
+        (0..recall.num_runs()).map(|ix| recall.knows(ix, &border[recall.run(ix)], num_keys)).collect()
+    }
+
     #[test]
     fn a_second_grid_gets_what_the_first_one_computed() {
         let mut recall = Recall::default();
-        recall.begin();
-        assert!(!recall.knows(&on_edge(3, &[2, 3, 4]), 2));
+        assert_eq!(ask(&mut recall, &on_edge(3, &[2, 3, 4]), 2), [false]);
         recall.exchange(0, &mut vertices(&[2.0, 3.0, 4.0]));
         recall.exchange(1, &mut vertices(&[20.0, 30.0, 40.0]));
-        recall.begin();
-        assert!(recall.knows(&on_edge(3, &[4, 3, 3]), 2), "a part of it, the other way round, a point twice");
+        let again = on_edge(3, &[4, 3, 3]);
+        assert_eq!(ask(&mut recall, &again, 2), [true], "a part of it, the other way round, a point twice");
         let mut seen = vertices(&[0.0; 3]);
         recall.exchange(0, &mut seen);
         assert_eq!(seen.x(), [4.0, 3.0, 3.0]);
@@ -185,16 +236,14 @@ mod tests {
     #[test]
     fn what_is_not_computed_yet_is_not_known() {
         let mut recall = Recall::default();
-        recall.begin();
-        assert!(!recall.knows(&on_edge(3, &[1, 2]), 1));
-        assert!(!recall.knows(&on_edge(3, &[1, 2]), 1), "the same grid has the edge on two sides");
+        let (edge, other) = (on_edge(3, &[1, 2]), on_edge(4, &[1, 2]));
+        let twice = [&edge[..], &other, &edge].concat();
+        let known = ask(&mut recall, &twice, 1);
+        assert_eq!(known, [false; 3], "the same grid has the edge on two sides");
         recall.exchange(0, &mut vertices(&[5.0, 6.0]));
-        recall.begin();
-        assert!(!recall.knows(&on_edge(3, &[0, 1]), 1), "a point more");
-        assert!(!recall.knows(&on_edge(4, &[1, 2]), 1), "another edge");
+        assert_eq!(ask(&mut recall, &on_edge(3, &[0, 1]), 1), [false], "a point more");
         let corner = [(0, PointRef::Corner(3))];
-        assert!(!recall.knows(&corner, 1));
-        recall.begin();
-        assert!(recall.knows(&corner, 1));
+        assert_eq!(ask(&mut recall, &corner, 1), [false]);
+        assert_eq!(ask(&mut recall, &corner, 1), [true]);
     }
 }

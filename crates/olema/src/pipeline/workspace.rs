@@ -16,7 +16,7 @@ use super::border::Border;
 use super::displace::DisplaceContext;
 use super::grid::{Grid, extent};
 use super::lattice::Lattice;
-use super::moving::{Displaced, Moving, reads_coordinates};
+use super::moving::{Displaced, Moving, any_reads_coordinates};
 use super::normals::{blend_normals, surface_normals};
 use super::piece::{Piece, Sabotage};
 use super::points::{Points, Wanted};
@@ -77,9 +77,7 @@ impl Workspace {
         let displaced = context.is_displaced(piece.patch);
         let recall = displaced.then_some(&mut self.recall);
         self.border.collect(context, piece.patch, &mut self.lattice, recall);
-        let owners = self.border.points.iter().map(|point| point.owner).filter(|_| displaced);
-        let mut all = std::iter::once(piece.patch).chain(owners);
-        let reads = (displaced || ring) && all.any(|patch| reads_coordinates(context, patch));
+        let reads = (displaced || ring) && any_reads_coordinates(context, piece.patch, &self.border);
         let estimated = context.frame.sabotage == Some(Sabotage::EstimatedNormals);
         Wanted {
             derivatives: inputs.derivatives || inputs.n || reads,

@@ -99,11 +99,9 @@ impl Common {
                     if !self.fit(&moved) {
                         self.bound(&mut moved);
                     }
-                    let last = points.p.len().min(first + LANES);
-                    let [x, y, z] = offset.axes_mut();
-                    x[first..last].copy_from_slice(&moved[0][..last - first]);
-                    y[first..last].copy_from_slice(&moved[1][..last - first]);
-                    z[first..last].copy_from_slice(&moved[2][..last - first]);
+                    for (axis, moved) in offset.groups_mut().into_iter().zip(&moved) {
+                        axis[first..first + LANES].copy_from_slice(moved);
+                    }
                 }
             },
         );
@@ -162,13 +160,10 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// Points `first..first + LANES`; beyond the last point, that one again.
+    /// Points `first..first + LANES`; beyond the last point, anywhere, with the last one's width.
     #[inline(always)]
     fn load(points: &DisplacementPoints, first: usize) -> Self {
-        Group {
-            p: [lanes(points.p.x(), first), lanes(points.p.y(), first), lanes(points.p.z(), first)],
-            width: lanes(&points.width, first),
-        }
+        Group { p: group(&points.p, first), width: lanes(&points.width, first) }
     }
 }
 
@@ -184,6 +179,17 @@ fn lanes(values: &[f32], first: usize) -> [f32; LANES] {
             padded
         }
     }
+}
+
+/// Vectors `first..first + LANES`, by axis; beyond the last one, anything.
+#[inline(always)]
+fn group(vectors: &Vec3s, first: usize) -> [[f32; LANES]; 3] {
+    let [x, y, z] = vectors.groups();
+    let mut group = [[0.0; LANES]; 3];
+    group[0].copy_from_slice(&x[first..first + LANES]);
+    group[1].copy_from_slice(&y[first..first + LANES]);
+    group[2].copy_from_slice(&z[first..first + LANES]);
+    group
 }
 
 /// A height, -1 to 1, as a function of one point.
@@ -243,8 +249,7 @@ impl<H: Height> DisplacementShader for AlongNormal<H> {
             #[inline(always)]
             |first, group| {
                 let height = self.height.heights(points, first, group);
-                let mut out =
-                    [lanes(points.n.x(), first), lanes(points.n.y(), first), lanes(points.n.z(), first)];
+                let mut out = self::group(&points.n, first);
                 for axis in &mut out {
                     for lane in 0..LANES {
                         axis[lane] *= self.common.amplitude * height[lane];
@@ -326,15 +331,28 @@ fn image(params: &mut Params, images: &Images) -> Result<ImageHeight, Error> {
 impl Height for ImageHeight {
     const READS_TEXTURE_COORDINATES: bool = true;
 
+    #[inline(always)]
+    fn most(&self, _: &Balls) -> f32 {
+        let [least, most] = self.image.range().map(|value| (value - self.zero).abs());
+        least.max(most).min(1.0)
+    }
+
+    #[inline(always)]
     fn heights(&self, points: &DisplacementPoints, first: usize, _: &Group) -> [f32; LANES] {
-        let mut heights = [0.0; LANES];
-        for (height, ix) in heights.iter_mut().zip(first..points.p.len()) {
-            let st = [points.s[ix], points.t[ix]];
-            let place = [0, 1].map(|a| f64::from(st[a]) * f64::from(self.scale[a]));
-            let width = self.scale.map(|s| points.st_width[ix] * s.abs());
-            if let Some(value) = self.image.sample(place, width) {
-                *height = (value - self.zero).clamp(-1.0, 1.0);
+        let (places, st_width) =
+            ([lanes(&points.s, first), lanes(&points.t, first)], lanes(&points.st_width, first));
+        let (mut st, mut width) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+        for axis in 0..2 {
+            let scale = self.scale[axis];
+            for lane in 0..LANES {
+                st[axis][lane] = f64::from(places[axis][lane]) * f64::from(scale);
+                width[axis][lane] = st_width[lane] * scale.abs();
             }
+        }
+        let mut heights = self.image.sample_lanes(&st, &width);
+        for height in &mut heights {
+            let moved = (*height - self.zero).clamp(-1.0, 1.0);
+            *height = if height.is_nan() { 0.0 } else { moved };
         }
         heights
     }

@@ -14,6 +14,7 @@ mod reflect_lanes;
 mod space;
 mod surface;
 mod texture;
+mod texture_lanes;
 
 use std::fmt::Debug;
 use std::sync::Arc;

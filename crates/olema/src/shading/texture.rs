@@ -3,6 +3,7 @@
 //! In: one number a texel. Out: its smooth, periodic continuation, averaged over about a width: trilinear between
 //! the levels of a pyramid that is made once. Source: Williams, "Pyramidal Parametrics", SIGGRAPH 1983; between
 //! texels biquadratic B-splines instead of bilinear ramps, because a height has to have a continuous slope.
+//! Many places at a time: [`texture_lanes`](super::texture_lanes).
 
 use std::sync::Arc;
 
@@ -12,17 +13,17 @@ use crate::math::function;
 /// One channel of an image, with its pyramid.
 #[derive(Debug, Clone)]
 pub struct TextureImage {
-    levels: Vec<Level>,
-    range: [f32; 2],
+    pub(super) levels: Vec<Level>,
+    pub(super) range: [f32; 2],
 }
 
 /// One size of the image.
 #[derive(Debug, Clone)]
-struct Level {
-    width: usize,
-    height: usize,
+pub(super) struct Level {
+    pub(super) width: usize,
+    pub(super) height: usize,
     /// Row after row, from t = 0.
-    data: Arc<[f32]>,
+    pub(super) data: Arc<[f32]>,
 }
 
 impl TextureImage {

@@ -1,0 +1,154 @@
+//! Images at many places at a time.
+//!
+//! In: `LANES` places with their filter widths. Out: what [`TextureImage::sample`] gives at each, bit for bit; that is the
+//! twin to read. Everything goes in lanes but the texels, which are looked up one by one.
+
+#![allow(clippy::needless_range_loop)] // A loop over lanes reads as what it becomes.
+
+use super::texture::{Level, TextureImage};
+use crate::math::function;
+use crate::math::simd::LANES;
+
+/// Three texels around a place along one side, and their weights, by number and lane.
+struct Taps {
+    texel: [[u32; LANES]; 3],
+    weight: [[f32; LANES]; 3],
+}
+
+impl TextureImage {
+    /// [`Self::sample`] in every lane, and what is no number where that gives nothing.
+    #[inline(always)]
+    pub(super) fn sample_lanes(&self, st: &[[f64; LANES]; 2], width: &[[f32; LANES]; 2]) -> [f32; LANES] {
+        let [columns, rows] = self.size().map(|size| size as f32);
+        let last = (self.levels.len() - 1) as f32;
+        let (mut level, mut part) = ([0u32; LANES], [0.0f32; LANES]);
+        let mut is_between = false;
+        for lane in 0..LANES {
+            let texels = (width[0][lane] * columns).max(width[1][lane] * rows);
+            let log = function::log2(texels).min(last);
+            let lod = if texels > 1.0 { log } else { 0.0 };
+            level[lane] = lod as i32 as u32;
+            part[lane] = lod - level[lane] as i32 as f32;
+            is_between |= part[lane] > 0.0;
+        }
+        let mut value = self.at_levels(&level, st);
+        if is_between {
+            for level in &mut level {
+                *level = (*level + 1).min(self.levels.len() as u32 - 1);
+            }
+            let coarse = self.at_levels(&level, st);
+            for lane in 0..LANES {
+                let fine = value[lane];
+                let between = fine + (coarse[lane] - fine) * part[lane];
+                value[lane] = if part[lane] > 0.0 { between } else { fine };
+            }
+        }
+        let [least, most] = self.range;
+        for lane in 0..LANES {
+            let is_place = st[0][lane].is_finite() & st[1][lane].is_finite();
+            let is_there = is_place & !width[0][lane].is_nan() & !width[1][lane].is_nan();
+            value[lane] = if is_there { value[lane].clamp(least, most) } else { f32::NAN };
+        }
+        value
+    }
+
+    /// [`Level::at`] in every lane, each at a level of its own.
+    #[inline(always)]
+    fn at_levels(&self, level: &[u32; LANES], [s, t]: &[[f64; LANES]; 2]) -> [f32; LANES] {
+        let (mut width, mut height) = ([0u32; LANES], [0u32; LANES]);
+        for lane in 0..LANES {
+            let Level { width: w, height: h, .. } = &self.levels[level[lane] as usize];
+            (width[lane], height[lane]) = (*w as u32, *h as u32);
+        }
+        let (x, y) = (Taps::new(s, &width), Taps::new(t, &height));
+        let mut texels = [[[0.0f32; LANES]; 3]; 3];
+        for lane in 0..LANES {
+            let Level { data, width, .. } = &self.levels[level[lane] as usize];
+            let columns = [x.texel[0][lane] as usize, x.texel[1][lane] as usize, x.texel[2][lane] as usize];
+            for row in 0..3 {
+                let row_of_texels = &data[y.texel[row][lane] as usize * width..][..*width];
+                texels[row][0][lane] = row_of_texels[columns[0]];
+                texels[row][1][lane] = row_of_texels[columns[1]];
+                texels[row][2][lane] = row_of_texels[columns[2]];
+            }
+        }
+        let mut sum = [0.0f32; LANES];
+        for lane in 0..LANES {
+            for row in 0..3 {
+                let texel = [texels[row][0][lane], texels[row][1][lane], texels[row][2][lane]];
+                let along = x.weight[0][lane] * texel[0]
+                    + x.weight[1][lane] * texel[1]
+                    + x.weight[2][lane] * texel[2];
+                sum[lane] += y.weight[row][lane] * along;
+            }
+        }
+        sum
+    }
+}
+
+impl Taps {
+    /// The texels around places along a side of `len` texels.
+    #[inline(always)]
+    fn new(place: &[f64; LANES], len: &[u32; LANES]) -> Self {
+        let mut taps = Taps { texel: [[0; LANES]; 3], weight: [[0.0; LANES]; 3] };
+        let (mut ix, mut f) = ([0i32; LANES], [0.0f32; LANES]);
+        for lane in 0..LANES {
+            let along = (place[lane] - place[lane].floor()) * f64::from(len[lane]);
+            ix[lane] = (along as i32).min(len[lane] as i32 - 1);
+            f[lane] = (along - f64::from(ix[lane])) as f32 - 0.5;
+        }
+        for lane in 0..LANES {
+            let last = len[lane] as i32 - 1;
+            let (ix, f) = (ix[lane], f[lane]);
+            let before = if ix == 0 { last } else { ix - 1 };
+            let after = if ix == last { 0 } else { ix + 1 };
+            let (a, b) = (0.5 - f, 0.5 + f);
+            (taps.texel[0][lane], taps.texel[1][lane], taps.texel[2][lane]) =
+                (before as u32, ix as u32, after as u32);
+            (taps.weight[0][lane], taps.weight[1][lane], taps.weight[2][lane]) =
+                (0.5 * a * a, 0.75 - f * f, 0.5 * b * b);
+        }
+        taps
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{hash32, signed_unit, unit};
+    use crate::math::simd::SimdLevel;
+
+    #[test]
+    fn lanes_are_the_twin_on_every_level() {
+        for (columns, rows) in [(1, 1), (13, 6), (64, 32), (1, 9)] {
+            let data = (0..columns * rows).map(|n| unit(hash32(n as u32))).collect();
+            let image = TextureImage::new(columns, rows, data).unwrap();
+            for seed in 0..200 {
+                let random = |n: usize| signed_unit(hash32(1000 * seed + n as u32));
+                let mut st: [[f64; LANES]; 2] = std::array::from_fn(|axis| {
+                    std::array::from_fn(|lane| 3.0 * f64::from(random(40 * axis + lane)))
+                });
+                let mut width: [[f32; LANES]; 2] =
+                    std::array::from_fn(|axis| std::array::from_fn(|lane| random(100 + 40 * axis + lane)));
+                if seed % 4 == 0 {
+                    (st[0][1], st[1][2], st[0][3]) = (f64::NAN, f64::INFINITY, 5.0);
+                    (width[0][4], width[1][5], width[0][6]) = (f32::NAN, f32::INFINITY, 0.0);
+                    width[0].iter_mut().for_each(|width| *width *= 0.1);
+                }
+                for level in SimdLevel::all() {
+                    let values = level.run(
+                        #[inline(always)]
+                        || image.sample_lanes(&st, &width),
+                    );
+                    for lane in 0..LANES {
+                        let twin = image.sample([st[0][lane], st[1][lane]], [width[0][lane], width[1][lane]]);
+                        match twin {
+                            Some(twin) => assert_eq!(values[lane].to_bits(), twin.to_bits(), "{level:?}"),
+                            None => assert!(values[lane].is_nan(), "{level:?}"),
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -199,19 +199,18 @@ impl Renderer {
         hooks.report("split", 1, 1);
         let cache = cache::GridCache::new(self.settings.grid_cache, data.tiles.len());
         let shared = Mutex::new((output(data.tiles.side), stats, None, Corrections::default()));
-        let (next, num_tiles) = (AtomicUsize::new(0), data.tiles.len());
+        let (runs, num_tiles) = (workers::Runs::new(data.tiles.len(), workers.num()), data.tiles.len());
         let done = AtomicUsize::new(0);
-        // Tiles are taken in order, so that grids on the border of two tiles do not wait long for the second.
+        // Tiles are taken in order, so that grids on the border of two tiles do not wait long for the second, and several at
+        // a time, so that most of these are drawn by who made them.
         workers.each(|| {
             let mut worker = tile::TileWorker::new(&data, &filed, &cache, hooks);
-            loop {
-                let tile = next.fetch_add(1, Ordering::Relaxed);
-                if tile >= num_tiles {
-                    break;
-                }
+            for tile in std::iter::from_fn(|| runs.take()).flatten() {
                 let result = worker.draw(tile);
                 let mut all = shared.lock().unwrap_or_else(PoisonError::into_inner);
                 match result {
+                    // Another one could not draw its tile.
+                    _ if all.2.is_some() => break,
                     Ok(pixels) => {
                         let finished = all.0.put(data.tiles.interior(tile), &pixels);
                         if let Some(bucket) = hooks.bucket {
@@ -220,7 +219,6 @@ impl Renderer {
                     }
                     Err(error) => {
                         all.2 = Some(error);
-                        next.store(num_tiles, Ordering::Relaxed);
                         break;
                     }
                 }

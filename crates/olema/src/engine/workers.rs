@@ -3,6 +3,9 @@
 //! One alone is the caller's own: allocators give a thread memory of its own, and what the caller's thread took for the
 //! scene is of use to another one only once it is back with the system.
 
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
@@ -29,6 +32,14 @@ impl Workers {
         Ok(Workers::Pool(pool.map_err(|e| Error::Threads(e.to_string()))?))
     }
 
+    /// How many there are.
+    pub fn num(&self) -> usize {
+        match self {
+            Workers::Caller => 1,
+            Workers::Pool(pool) => pool.current_num_threads(),
+        }
+    }
+
     /// What `work` makes of 0 to `num`, in their order.
     pub fn map<R: Send>(&self, num: u32, work: impl Fn(u32) -> R + Sync + Send) -> Vec<R> {
         match self {
@@ -44,6 +55,47 @@ impl Workers {
             Workers::Pool(pool) => {
                 pool.broadcast(|_| work());
             }
+        }
+    }
+}
+
+/// Work that is dealt out in order, in runs that become shorter towards the end.
+pub(super) struct Runs {
+    next: AtomicUsize,
+    num: usize,
+    num_workers: usize,
+}
+
+impl Runs {
+    /// The longest run.
+    const MOST: usize = 32;
+
+    /// Of 0 to `num`.
+    pub fn new(num: usize, num_workers: usize) -> Self {
+        Runs { next: AtomicUsize::new(0), num, num_workers }
+    }
+
+    /// The next run; `None` where all are dealt out.
+    pub fn take(&self) -> Option<Range<usize>> {
+        let end = |first: usize| first + ((self.num - first) / (8 * self.num_workers)).clamp(1, Self::MOST);
+        let take = |first: usize| (first < self.num).then(|| end(first));
+        let first = self.next.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take).ok()?;
+        Some(first..end(first))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_all_of_it_once_and_end_with_single_ones() {
+        for num in [0, 1, 7, 300] {
+            let runs = Runs::new(num, 3);
+            let taken: Vec<_> = std::iter::from_fn(|| runs.take()).collect();
+            assert!(taken.iter().cloned().flatten().eq(0..num), "{taken:?}");
+            assert!(taken.iter().all(|run| !run.is_empty() && run.len() <= Runs::MOST), "{taken:?}");
+            assert!(taken.last().is_none_or(|run| run.len() == 1), "{taken:?}");
         }
     }
 }

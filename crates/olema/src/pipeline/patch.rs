@@ -57,7 +57,7 @@ pub struct Patch {
     pub rational: bool,
     /// First float of its control points; keys follow each other, every other one where the rest is in `bends`.
     pub first_float: u32,
-    /// First of its [`PatchTable::bends`], or [`NOT_BENT`].
+    /// First of its [`PatchTable::bends`]; `u32::MAX` where it has none.
     pub first_bend: u32,
     /// Its set of key times, of [`KeyTimes::sets`].
     pub motion: u32,

@@ -17,7 +17,8 @@
 //!   [`interleave`], [`boundingbox`], [`simple`], and [`auto`] picks one. [`Rasterizer`] is the door to all.
 //!   They test different samples and hit the same.
 //! - `nomotion_lanes`, `interval_lanes` and `interleave_lanes` do the work of their scalar twins with vector instructions,
-//!   on vertices in 16 bits (`packed`), strata as vectors (`stratum_lanes`) and pixels that hold a tuple as bits (`rows`);
+//!   on vertices in 16 bits (`packed`), strata and tuples as vectors (`stratum_lanes`, `in_order`) and pixels that hold
+//!   a tuple as bits (`rows`);
 //!   `test_lanes` is the exact test of the latter two, `nomotion_setup` what the first knows of 16 micropolygons at a time.
 //!   [`Kernels`] says which are used.
 //! - [`buffer`] and [`transparent`] keep what was hit.

@@ -1,19 +1,23 @@
 //! What displacement costs, and the pictures of Sattlecker 2015, section 3.2.
 //!
-//! `cargo run --release -p conformance --bin displacement -- [DIR]` renders a model of 11,500 bicubic patches with
-//! and without displacement, in turn, and prints the medians of its stages, how much of a frame displacement takes, and how
-//! much of it are the exact normals; with a folder it also writes there:
+//! `cargo run --release -p conformance --bin displacement -- [--size WIDTHxHEIGHT] [--blur]` renders a model of 11,500
+//! bicubic patches with and without displacement, in turn, each frame in a process of its own as `olema render` draws it,
+//! and prints the medians of its stages, how much of a frame displacement takes, and how much of it are the exact normals.
+//! `--blur` moves the model in front of a lens. With a folder in their place it writes there:
 //!
 //! - `exact-normals.png`, `estimated-normals.png`: displaced along exact normals, and along normals estimated from
 //!   neighbouring points of each patch, which tears the surface open at the patches' borders;
 //! - `exact-rasterization.png`, `nearest-pixel.png`: micropolygons rasterized, and their vertices put into the
 //!   nearest pixel, which leaves holes.
 
+use std::error::Error;
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Instant;
 
 use conformance::creature::tube;
+use conformance::moving::{defocused, driven};
 use olema::math::noise;
 use olema::pipeline::Grid;
 use olema::pipeline::piece::Sabotage;
@@ -24,73 +28,137 @@ use olema::sampling::{PatternSpec, Region, RegionSamples, SamplePattern};
 use olema::scene::Attributes;
 use olema::shading::{ShaderParam as Param, TextureImage, displacement_with_images};
 use olema::stats::Seconds;
-use olema::{Hooks, Image, Renderer, Scene, Settings, Stats};
+use olema::{Hooks, Image, Renderer, Scene, Settings};
 use olema_formats::image_file::{PngOptions, write_png};
 
 const RUNS: usize = 9;
 
-/// A stage's name and its seconds.
-type Stage = (&'static str, fn(&Seconds) -> f64);
-
-const STAGES: [Stage; 7] = [
-    ("connect", |s| s.connect),
-    ("split", |s| s.split),
-    ("dice", |s| s.dice),
-    ("shade", |s| s.shade),
-    ("sample", |s| s.sample),
-    ("resolve", |s| s.resolve),
-    ("total", |s| s.total),
-];
+const STAGES: [&str; 7] = ["connect", "split", "dice", "shade", "sample", "resolve", "total"];
 const DICE: usize = 2;
 const TOTAL: usize = 6;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let plain = tube(144, 80);
-    let variants: [(&str, Scene); 9] = [
-        ("not displaced", plain.clone()),
-        ("noise", displaced(&plain, "noise", 0.12, false)?),
-        ("fractal", displaced(&plain, "fractal", 0.12, false)?),
-        // Small details, of some two pixels, as in the paper's figure 5.
-        ("noise, 0.02 high", displaced(&plain, "noise", 0.02, false)?),
-        ("fractal, 0.02 high", displaced(&plain, "fractal", 0.02, false)?),
-        // By an image along the normal, as the paper does.
-        ("image, 0.02 high", displaced(&plain, "image", 0.02, false)?),
-        // All the work, and the size and shape of what is not displaced.
-        ("noise, 1e-5 as high", displaced(&plain, "noise", 0.12e-5, false)?),
-        ("fractal, 1e-5 as high", displaced(&plain, "fractal", 0.12e-5, false)?),
-        ("fractal, bump only", displaced(&plain, "fractal", 0.12, true)?),
-    ];
-    let mut runs: Vec<Vec<Stats>> = vec![Vec::new(); variants.len()];
+/// Seconds of each stage, and those that the exact normals take.
+type Measured = [f64; STAGES.len() + 1];
+const NORMALS: usize = STAGES.len();
+
+/// A displacement's name, shader, height, and whether only normals follow.
+type Variant = (&'static str, Option<(&'static str, f32, bool)>);
+
+const VARIANTS: [Variant; 9] = [
+    ("not displaced", None),
+    ("noise", Some(("noise", 0.12, false))),
+    ("fractal", Some(("fractal", 0.12, false))),
+    // Small details, of some two pixels, as in the paper's figure 5.
+    ("noise, 0.02 high", Some(("noise", 0.02, false))),
+    ("fractal, 0.02 high", Some(("fractal", 0.02, false))),
+    // By an image along the normal, as the paper does.
+    ("image, 0.02 high", Some(("image", 0.02, false))),
+    // All the work, and the size and shape of what is not displaced.
+    ("noise, 1e-5 as high", Some(("noise", 0.12e-5, false))),
+    ("fractal, 1e-5 as high", Some(("fractal", 0.12e-5, false))),
+    ("fractal, bump only", Some(("fractal", 0.12, true))),
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let mut view = View { size: [800, 600], blur: false };
+    let mut rest = args.iter();
+    while let Some(arg) = rest.next() {
+        match arg.as_str() {
+            "--size" => view.size = rest.next().and_then(|size| parse_size(size)).ok_or(USAGE)?,
+            "--blur" => view.blur = true,
+            "--alone" => {
+                let variant =
+                    rest.next().and_then(|ix| VARIANTS.get(ix.parse::<usize>().ok()?)).ok_or(USAGE)?;
+                let line = measure(view, variant)?.map(|seconds| seconds.to_string()).join(" ");
+                println!("{line}");
+                return Ok(());
+            }
+            dir if !dir.starts_with('-') && args.len() == 1 => return pictures(Path::new(dir)),
+            _ => return Err(USAGE.into()),
+        }
+    }
+    compare(view)
+}
+
+const USAGE: &str = "usage: displacement [--size WIDTHxHEIGHT] [--blur], or displacement DIR";
+
+fn parse_size(text: &str) -> Option<[u32; 2]> {
+    let (width, height) = text.split_once('x')?;
+    Some([width.parse().ok()?, height.parse().ok()?])
+}
+
+/// What is rendered.
+#[derive(Debug, Clone, Copy)]
+struct View {
+    size: [u32; 2],
+    blur: bool,
+}
+
+/// Prints a table of medians. Shares are medians of those of each turn, as the machine may change its speed between turns.
+fn compare(view: View) -> Result<(), Box<dyn Error>> {
+    let mut runs: Vec<Vec<Measured>> = vec![Vec::new(); VARIANTS.len()];
     for _ in 0..RUNS {
-        for (slot, (_, scene)) in runs.iter_mut().zip(&variants) {
-            slot.push(render(scene)?);
+        for (ix, runs) in runs.iter_mut().enumerate() {
+            runs.push(in_child(view, ix)?);
         }
     }
-    println!("800 x 600, 16 samples a pixel, one thread, medians of {RUNS} in turn, seconds");
+    let (View { size: [width, height], blur }, plain) = (view, &runs[0]);
+    let kind = if blur { "motion and lens" } else { "still" };
+    println!(
+        "{width} x {height}, {kind}, 16 samples a pixel, one thread, medians of {RUNS} in turn, seconds"
+    );
     print!("{:<22}", "");
-    STAGES.iter().for_each(|(name, _)| print!(" {name:>7}"));
-    println!("   share of displacement, of dicing alone");
-    let of = |runs: &[Stats]| STAGES.map(|(_, seconds)| median(runs, |stats| seconds(&stats.seconds)));
-    let plain = of(&runs[0]);
-    for ((name, scene), stats) in variants.iter().zip(&runs) {
-        let seconds = of(stats);
-        let total = seconds[TOTAL];
+    STAGES.iter().for_each(|name| print!(" {name:>7}"));
+    println!("   share of displacement, of dicing alone, of exact normals");
+    for ((name, _), runs) in VARIANTS.iter().zip(&runs) {
         print!("{name:<22}");
-        seconds.iter().for_each(|seconds| print!(" {seconds:>7.3}"));
-        let share = |stage: usize| 100.0 * (seconds[stage] - plain[stage]) / total;
-        println!(" {:>7.1} % {:>6.1} %", share(TOTAL), share(DICE));
-        if scene.primitives[0].attributes.displacement.as_ref().is_some_and(|shader| !shader.is_bump()) {
-            println!("{:<22} {:.1} % of the frame", "  exact normals", 100.0 * exact_normals(scene)? / total);
-        }
-    }
-    if let Some(dir) = std::env::args().nth(1) {
-        pictures(Path::new(&dir))?;
+        (0..STAGES.len()).for_each(|stage| print!(" {:>7.3}", median(runs.iter().map(|run| run[stage]))));
+        let share = |stage: usize| {
+            let turns = runs.iter().zip(plain);
+            100.0 * median(turns.map(|(run, plain)| (run[stage] - plain[stage]) / run[TOTAL]))
+        };
+        let normals = 100.0 * median(runs.iter().map(|run| run[NORMALS] / run[TOTAL]));
+        println!(" {:>7.1} % {:>7.1} % {normals:>7.1} %", share(TOTAL), share(DICE));
     }
     Ok(())
 }
 
-fn displaced(plain: &Scene, name: &str, amplitude: f32, bump: bool) -> Result<Scene, olema::Error> {
-    let mut scene = plain.clone();
+/// Renders a frame in a process of its own.
+fn in_child(View { size: [width, height], blur }: View, variant: usize) -> Result<Measured, Box<dyn Error>> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(blur.then_some("--blur")).args(["--size", &format!("{width}x{height}")]);
+    command.args(["--alone", &variant.to_string()]);
+    let output = command.stdin(Stdio::null()).stderr(Stdio::inherit()).output()?;
+    let line = String::from_utf8(output.stdout)?;
+    let numbers: Vec<f64> = line.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
+    Measured::try_from(numbers).map_err(|_| format!("{}: {line:?}", output.status).into())
+}
+
+/// Renders a frame as `olema render` does, and asks what its exact normals cost.
+fn measure(view: View, &(_, displacement): &Variant) -> Result<Measured, Box<dyn Error>> {
+    let mut scene = tube(144, 80);
+    if let Some((name, amplitude, bump)) = displacement {
+        displace(&mut scene, name, amplitude, bump)?;
+    }
+    if view.blur {
+        scene = defocused(driven(scene, [0.2, 0.0, 0.1], 0.1), 8.0, 8.0);
+    }
+    let settings = Settings { resolution: view.size, threads: 1, ..Settings::default() };
+    let start = Instant::now();
+    let clock = || start.elapsed().as_secs_f64();
+    let hooks = Hooks { clock: Some(&clock), ..Hooks::default() };
+    let Seconds { connect, split, dice, shade, sample, resolve, total, .. } =
+        Renderer::new(settings.clone())?.render_rows(scene.clone(), &hooks, &mut |_| {})?.seconds;
+    // After the frame, which finds the process as it begins, with displacement or without.
+    let normals = match displacement {
+        Some((.., false)) => exact_normals(&scene, &settings)?,
+        _ => 0.0,
+    };
+    Ok([connect, split, dice, shade, sample, resolve, total, normals])
+}
+
+fn displace(scene: &mut Scene, name: &str, amplitude: f32, bump: bool) -> Result<(), olema::Error> {
     let mut params =
         vec![Param::float("amplitude", amplitude), Param::float("bump", f32::from(u8::from(bump)))];
     if name == "image" {
@@ -104,7 +172,7 @@ fn displaced(plain: &Scene, name: &str, amplitude: f32, bump: bool) -> Result<Sc
     let shader = displacement_with_images(name, &params, &|_| bumps().map_err(|e| e.to_string()))?.shader;
     let attributes = (*scene.primitives[0].attributes).clone();
     scene.primitives[0].attributes = Arc::new(Attributes { displacement: Some(shader), ..attributes });
-    Ok(scene)
+    Ok(())
 }
 
 /// An image of 128 x 128 texels of eight bits: gradient noise, sixteen cells wide.
@@ -117,34 +185,24 @@ fn bumps() -> Result<Arc<TextureImage>, olema::Error> {
     Ok(Arc::new(TextureImage::new(128, 128, texels.into())?))
 }
 
-fn settings() -> Settings {
-    Settings { resolution: [800, 600], threads: 1, ..Settings::default() }
-}
-
-fn render(scene: &Scene) -> Result<Stats, olema::Error> {
-    let start = Instant::now();
-    let clock = || start.elapsed().as_secs_f64();
-    let hooks = Hooks { clock: Some(&clock), ..Hooks::default() };
-    Ok(Renderer::new(settings())?.render(scene, &hooks)?.stats)
-}
-
 /// Seconds by which dicing and shading all grids with exact normals takes longer than with normals that are estimated from
-/// neighbouring points of a grid.
-fn exact_normals(scene: &Scene) -> Result<f64, olema::Error> {
-    let mut seconds = [Vec::new(), Vec::new()];
-    for _ in 0..RUNS {
+/// neighbouring points of a grid: a median of three of each, in turn.
+fn exact_normals(scene: &Scene, settings: &Settings) -> Result<f64, olema::Error> {
+    let mut longer = Vec::new();
+    for _ in 0..3 {
+        let mut seconds = [0.0; 2];
         for (seconds, sabotage) in seconds.iter_mut().zip([None, Some(Sabotage::EstimatedNormals)]) {
             let start = Instant::now();
-            olema::engine::grids(scene, &settings(), sabotage, |_, _, _, _| {})?;
-            seconds.push(start.elapsed().as_secs_f64());
+            olema::engine::grids(scene, settings, sabotage, |_, _, _, _| {})?;
+            *seconds = start.elapsed().as_secs_f64();
         }
+        longer.push(seconds[0] - seconds[1]);
     }
-    let [exact, estimated] = seconds.map(|seconds| median(&seconds, |&seconds| seconds));
-    Ok(exact - estimated)
+    Ok(median(longer))
 }
 
-fn median<T>(all: &[T], value: impl Fn(&T) -> f64) -> f64 {
-    let mut values: Vec<f64> = all.iter().map(value).collect();
+fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }
@@ -203,10 +261,11 @@ impl HitSink for Sink<'_> {
     }
 }
 
-fn pictures(dir: &Path) -> Result<(), Box<dyn std::error::Error>> {
+fn pictures(dir: &Path) -> Result<(), Box<dyn Error>> {
     let size = [400, 300];
-    let settings = Settings { resolution: size, ..settings() };
-    let scene = displaced(&tube(16, 5), "fractal", 0.6, false)?;
+    let settings = Settings { resolution: size, threads: 1, ..Settings::default() };
+    let mut scene = tube(16, 5);
+    displace(&mut scene, "fractal", 0.6, false)?;
     let pattern =
         SamplePattern::new(PatternSpec { samples: [1, 1], jitter: false, ..PatternSpec::default() });
     let samples = RegionSamples::new(&pattern, Region::new(0, size[0] as i32, 0, size[1] as i32));

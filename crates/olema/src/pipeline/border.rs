@@ -1,8 +1,8 @@
 //! Border: who owns the vertices on welded edges and corners, and whose normals meet there.
 //!
 //! In: a lattice and the edges. Out: the places on other patches that have to be evaluated for it, put behind its own. A
-//! point on a welded edge or corner is its owner's, with the sum of the normals of all patches that meet there, in their
-//! order: whoever dices it gets the same bits.
+//! point on a welded edge or corner is its owner's, with the sum of the normals of all patches that meet there and do not
+//! agree by the way they were made ([`smooth`](super::smooth)), in their order: whoever dices it gets the same bits.
 
 use std::ops::Range;
 

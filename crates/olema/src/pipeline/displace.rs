@@ -2,14 +2,14 @@
 //!
 //! In: points of patches. Out: their positions in camera space. A point on a welded edge or corner is asked for on its
 //! owner, with inputs that are functions of the edge alone: the owner's texture coordinates, the sum of the normals of
-//! all patches that meet there ([`border`](super::border)), and a filter width that follows from the place and the
+//! all patches that meet there ([`border`](super::border); where all are the same, the owner's), and a filter width that follows from the place and the
 //! edge's finest rate. Whoever dices it gets the same bits. The points go through the shaders in
 //! [`moving`](super::moving).
 
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use glam::{DMat3, DMat4};
+use glam::{DMat3, DMat4, Mat4};
 
 use crate::scene::{Primitive, Scene};
 use crate::shading::{DisplacementShader, largest_stretch};
@@ -36,15 +36,16 @@ pub struct Displacer {
     pub is_bump: bool,
 }
 
-/// Object and camera space at a motion key.
+/// Object and camera space at a motion key. In single precision, as points are: what is displaced has a rounding or two of
+/// where it is, as it has anyway.
 #[derive(Debug, Clone, Copy)]
 pub struct Spaces {
     /// Object to camera space.
-    pub to_camera: DMat4,
+    pub to_camera: Mat4,
     /// Camera to object space.
-    pub to_object: DMat4,
-    /// The same for normals, which become of any length.
-    pub normal_to_object: DMat4,
+    pub to_object: Mat4,
+    /// The same for normals, which become 1 long at most.
+    pub normal_to_object: Mat4,
     /// Object-space length of a camera-space unit, about.
     pub shrink: f32,
     /// The same at most.
@@ -68,10 +69,13 @@ impl Displacer {
             let to_object = to_camera.inverse();
             let shrink = crate::math::function::pow64(to_object.determinant().abs(), 1.0 / 3.0) as f32;
             let most_shrink = stretch(&to_object) as f32;
-            Spaces { to_camera, to_object, normal_to_object: to_camera.transpose(), shrink, most_shrink }
+            let normal_to_object = (to_camera.transpose() * stretch(&to_camera).recip()).as_mat4();
+            let (to_camera, to_object) = (to_camera.as_mat4(), to_object.as_mat4());
+            Spaces { to_camera, to_object, normal_to_object, shrink, most_shrink }
         };
         let spaces: Vec<Spaces> = to_camera.iter().map(spaces).collect();
-        if !spaces.iter().all(|s| s.to_object.is_finite()) || !bound.is_finite() {
+        let exist = |s: &Spaces| s.to_object.is_finite() && s.to_camera.is_finite();
+        if !spaces.iter().all(exist) || !bound.is_finite() {
             return None;
         }
         let stretch = to_camera.iter().map(stretch).fold(0.0, f64::max);

@@ -43,6 +43,7 @@ pub mod resolve;
 pub mod sample;
 pub mod shade;
 pub mod slots;
+pub mod smooth;
 pub mod spare;
 pub mod split;
 mod surface_lists;

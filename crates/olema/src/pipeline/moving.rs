@@ -44,10 +44,6 @@ impl Coordinates {
     fn lists(&mut self) -> [&mut Vec<f32>; 6] {
         [&mut self.u, &mut self.v, &mut self.s, &mut self.t, &mut self.stretch, &mut self.scale]
     }
-
-    fn is_empty(&self) -> bool {
-        self.u.is_empty()
-    }
 }
 
 /// Lists that displacing works with; used again for every grid.
@@ -190,7 +186,6 @@ impl Moving {
         {
             to.clear();
             to.extend_from_slice(from);
-            to.resize(len, 0.0);
         }
         offset.resize(0);
         offset.resize(len);
@@ -207,27 +202,26 @@ impl Batch {
         let frame = context.frame;
         let camera = frame.camera;
         let scale = camera.scale[0].abs().min(camera.scale[1].abs());
-        inputs.width.clear();
-        inputs.width.resize(self.p.len(), 0.0);
+        let Coordinates { stretch, scale: part, .. } = &self.coordinates;
+        let (len, num_read) = (self.p.len(), stretch.len());
+        inputs.width.resize(len, 0.0);
+        inputs.st_width.resize(num_read, 0.0);
         frame.surfaces.level.run(
             #[inline(always)]
             || {
-                for ((width, z), rate) in inputs.width.iter_mut().zip(self.p.z()).zip(&self.shading_rate) {
-                    let depth = if camera.perspective { z.max(camera.near) } else { 1.0 };
-                    *width = (rate * frame.rate_scale).sqrt() * depth / scale;
+                let (widths, depths, rates) =
+                    (&mut inputs.width[..len], &self.p.z()[..len], &self.shading_rate[..len]);
+                for ix in 0..len {
+                    let depth = if camera.perspective { depths[ix].max(camera.near) } else { 1.0 };
+                    widths[ix] = (rates[ix] * frame.rate_scale).sqrt() * depth / scale;
                 }
+                let (st_widths, part) = (&mut inputs.st_width[..num_read], &part[..num_read]);
+                for ix in 0..num_read {
+                    st_widths[ix] = (widths[ix] / stretch[ix] * part[ix]).min(1.0);
+                }
+                widths.iter_mut().for_each(|width| *width *= shrink);
             },
         );
-        inputs.st_width.clear();
-        if self.coordinates.is_empty() {
-            inputs.st_width.resize(self.p.len(), 0.0);
-        } else {
-            let Coordinates { stretch, scale, .. } = &self.coordinates;
-            let of_place =
-                |((width, stretch), scale): ((&f32, &f32), &f32)| (width / stretch * scale).min(1.0);
-            inputs.st_width.extend(inputs.width.iter().zip(stretch).zip(scale).map(of_place));
-        }
-        inputs.width.iter_mut().for_each(|width| *width *= shrink);
     }
 }
 
@@ -353,11 +347,13 @@ impl DisplaceContext<'_, '_> {
     fn check(&self, primitive: u32, displacer: &Displacer, offsets: &mut Vec3s) {
         // A shader that keeps its word to the last bit may still be a rounding beyond it.
         let most = f64::from(displacer.bound) * 1.00001;
+        // In single precision first, with room for its roundings.
+        let surely = (most * most * 0.999_99) as f32;
         let num_within = self.frame.surfaces.level.run(
             #[inline(always)]
             || {
                 let all = offsets.slice(0..offsets.len());
-                let is_within = |ix: usize| all.get(ix).as_dvec3().length_squared() <= most * most;
+                let is_within = |ix: usize| all.get(ix).length_squared() <= surely;
                 (0..all.x.len()).fold(0, |num, ix| num + usize::from(is_within(ix)))
             },
         );

@@ -3,13 +3,15 @@
 //! In: derivatives, or a lattice of positions. Out: unit normals, place by place with the same bits however the list is
 //! cut.
 
+#![allow(clippy::needless_range_loop)] // A loop over lanes reads as what it becomes.
+
 use std::ops::Range;
 
 use glam::Vec3;
 
 use crate::geometry::lanes::SurfacePoints;
 use crate::math::Vec3s;
-use crate::math::simd::SimdLevel;
+use crate::math::simd::{LANES, SimdLevel, load, store};
 
 use super::patch::normal_or_zero;
 
@@ -50,15 +52,25 @@ pub fn unit_sums(level: SimdLevel, sums: &mut Vec3s) -> bool {
         #[inline(always)]
         || {
             let len = sums.len();
-            let mut all = sums.slice_mut(0..len);
+            let [x, y, z] = sums.groups_mut();
             let mut num_short = 0u32;
-            for ix in 0..len {
-                let sum = all.get(ix);
-                let length = sum.length();
-                let is_long = length > 1e-3;
-                let unit = sum / length;
-                num_short += u32::from(!is_long);
-                all.set(ix, if is_long { unit } else { Vec3::ZERO });
+            for first in (0..x.len()).step_by(LANES) {
+                let mut sum: [[f32; LANES]; 3] = [load(x, first), load(y, first), load(z, first)];
+                let mut is_short = [0u32; LANES];
+                for lane in 0..LANES {
+                    let [x, y, z] = [sum[0][lane], sum[1][lane], sum[2][lane]];
+                    let length = (x * x + y * y + z * z).sqrt();
+                    let is_long = length > 1e-3;
+                    is_short[lane] = u32::from(!is_long & (first + lane < len));
+                    let unit = [x / length, y / length, z / length];
+                    for axis in 0..3 {
+                        sum[axis][lane] = if is_long { unit[axis] } else { 0.0 };
+                    }
+                }
+                num_short += is_short.iter().sum::<u32>();
+                store(x, first, &sum[0]);
+                store(y, first, &sum[1]);
+                store(z, first, &sum[2]);
             }
             num_short == 0
         },

@@ -16,6 +16,7 @@ use super::bends::{MOST_FLOATS, NOT_BENT, bent};
 use super::edges::EdgeUse;
 use super::limit::Limit;
 use super::motion::KeyTimes;
+use super::smooth::Smooth;
 
 /// What a patch's control points mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,6 +68,8 @@ pub struct Patch {
     pub corners: [u32; 4],
     /// `[u0, u1, v0, v1]` in the primitive's parameters.
     pub params: [f32; 4],
+    /// Where it goes on smoothly beyond its border.
+    pub smooth: Smooth,
     /// How far, in camera units, a welded neighbour's border may lie from this patch's own.
     pub slack: f32,
     /// How far, in camera units, displacement may move points of the patch or of its border.

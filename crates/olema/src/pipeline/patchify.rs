@@ -10,7 +10,7 @@ use glam::DVec4;
 use crate::geometry::bezier::to_bezier;
 use crate::geometry::subdivision::LimitSurface;
 use crate::math::simd::SimdLevel;
-use crate::scene::{Between, Geometry, Keyed, PatchBasis, PatchKind, PatchMesh, Points, Scene};
+use crate::scene::{Between, Geometry, Keyed, PatchBasis, PatchKind, PatchMesh, Points, Scene, Scheme};
 
 use super::bends::NOT_BENT;
 use super::camera_points::{STEP, ToCamera};
@@ -18,6 +18,7 @@ use super::edges::EdgeUse;
 use super::limit::Limit;
 use super::motion::{KeyTimes, Placement, Placer, blend_point};
 use super::patch::{Patch, PatchTable, Shape};
+use super::smooth::Smooth;
 
 /// Turns all primitives of `scene` into patches, placed at their key times. Warnings name the object.
 pub fn patchify(scene: &Scene, times: &KeyTimes) -> (PatchTable, Vec<String>) {
@@ -47,7 +48,7 @@ pub fn patchify(scene: &Scene, times: &KeyTimes) -> (PatchTable, Vec<String>) {
             Geometry::Subdivision(mesh) => {
                 let (surface, problems) = LimitSurface::new(Arc::clone(mesh));
                 problems.iter().for_each(|problem| warn(problem));
-                base_quads(surface, ix as u32, &placements, &mut table);
+                base_quads(surface, mesh.scheme, ix as u32, &placements, &mut table);
             }
         }
     }
@@ -73,13 +74,20 @@ fn sizes(scene: &Scene, times: &KeyTimes) -> [usize; 2] {
 }
 
 /// One patch for each base quad of a limit surface.
-fn base_quads(surface: LimitSurface, primitive: u32, placements: &[Placement], table: &mut PatchTable) {
+fn base_quads(
+    surface: LimitSurface,
+    scheme: Scheme,
+    primitive: u32,
+    placements: &[Placement],
+    table: &mut PatchTable,
+) {
     let limit = table.limits.len() as u32;
     let motion = table.times.of_primitive[primitive as usize];
     for quad in 0..surface.num_quads() as u32 {
+        let base = surface.quad(quad);
         table.patches.push(Patch {
             primitive,
-            cell: [surface.quad(quad).source_face, 0],
+            cell: [base.source_face, 0],
             shape: Shape::Subdivision { limit, quad },
             rational: false,
             first_float: 0,
@@ -88,6 +96,7 @@ fn base_quads(surface: LimitSurface, primitive: u32, placements: &[Placement], t
             edges: [EdgeUse::default(); 4],
             corners: [0; 4],
             params: [0.0, 1.0, 0.0, 1.0],
+            smooth: Smooth::of_quad(scheme, &base),
             slack: 0.0,
             reach: 0.0,
             moves_alone: true,
@@ -170,6 +179,7 @@ fn sheet(
             edges: [EdgeUse::default(); 4],
             corners: [0; 4],
             params: [u0, u1, v0, v1],
+            smooth: Smooth::of_sheet(mesh, [pu, pv], [column, row]),
             slack: 0.0,
             reach: 0.0,
             moves_alone: true,

@@ -4,13 +4,12 @@
 //! for all of space; where the piece is, it is often half of that, and much more of the piece is known to be hidden or
 //! beside a tile before it is diced. It decides what is skipped, never where anything is.
 
-#![allow(clippy::needless_range_loop)] // A loop over lanes reads as what it becomes.
-
 use glam::Vec3;
 
 use crate::geometry::hull::Hull;
-use crate::math::simd::{LANES, SimdLevel};
-use crate::shading::Balls;
+use crate::math::lanes::Lanes;
+use crate::math::simd::{LANES, LanesKernel, SimdLevel};
+use crate::shading::{Balls, ROUNDING};
 
 use super::displace::Displacer;
 use super::piece::{Piece, PieceKind};
@@ -37,130 +36,157 @@ impl SplitContext<'_> {
 fn most_of_keys(level: SimdLevel, displacer: &Displacer, hulls: &[Hull], apart: f32) -> f32 {
     let mut part = 0.0f32;
     for (hull, spaces) in hulls.iter().zip(&displacer.spaces) {
+        let balls = level.run_lanes(BallsKernel { hull, apart });
         let balls = level.run(
             #[inline(always)]
-            || balls(hull, apart).moved(&spaces.to_object, spaces.most_shrink),
+            || balls.moved(&spaces.to_object, spaces.most_shrink),
         );
         part = part.max(displacer.shader.reach(&balls).map_or(1.0, |reach| reach / displacer.bound));
     }
     displacer.bound_cam * part.min(1.0)
 }
 
-/// Balls that hold the hull, and what is `apart` from it: around the parts of a box that lies as the hull does.
-#[inline(always)]
-fn balls(hull: &Hull, apart: f32) -> Balls {
-    let first = Vec3::new(hull.points[0][0], hull.points[1][0], hull.points[2][0]);
-    let mut at = hull.points;
-    for lane in 0..LANES {
-        at[0][lane] -= first.x;
-        at[1][lane] -= first.y;
-        at[2][lane] -= first.z;
+/// Finds balls that hold the hull, and what is `apart` from it: around the parts of a box that lies as the hull does.
+struct BallsKernel<'a> {
+    hull: &'a Hull,
+    apart: f32,
+}
+
+impl LanesKernel for BallsKernel<'_> {
+    type Output = Balls;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Balls {
+        let points = &self.hull.points;
+        let first = point(points, 0);
+        let [mut x, mut y, mut z] = [lanes.splat_f(0.0); 3];
+        let mut is_number = lanes.mask(0xffff);
+        for (axis, (to, first)) in [&mut x, &mut y, &mut z].into_iter().zip(first.to_array()).enumerate() {
+            *to = lanes.sub_f(lanes.load_f(&points[axis], 0), lanes.splat_f(first));
+            is_number = lanes.both(is_number, lanes.le_f(lanes.abs_f(*to), lanes.splat_f(f32::MAX)));
+        }
+        let axes = axes(points);
+        let (mut from, mut size) = ([0.0; 3], [0.0; 3]);
+        for ((from, size), axis) in from.iter_mut().zip(&mut size).zip(axes) {
+            let [ax, ay, az] = [lanes.splat_f(axis.x), lanes.splat_f(axis.y), lanes.splat_f(axis.z)];
+            let along = lanes.add_f(lanes.mul_f(ax, x), lanes.mul_f(ay, y));
+            let along = lanes.add_f(along, lanes.mul_f(az, z));
+            *from = lanes.least_f(along);
+            *size = lanes.greatest_f(along) - *from;
+        }
+        // Roundings of where points and centres are, by how far they may be from the origin.
+        let rounding = ROUNDING * (first.length() + 2.0 * Vec3::from(size).length());
+        // 16 parts: the longest side is halved four times.
+        let mut halved = [0u32; 3];
+        for _ in 0..LANES.ilog2() {
+            let [x, y, z] = size;
+            let longest = if x >= y.max(z) { 0 } else { 1 + usize::from(z > y) };
+            size[longest] *= 0.5;
+            halved[longest] += 1;
+        }
+        let radius = 0.5 * Vec3::from(size).length() * 1.0001 + self.apart + rounding;
+        let exists = lanes.bits(is_number) == 0xffff && radius.is_finite();
+        let mut centers = [lanes.splat_f(first.x), lanes.splat_f(first.y), lanes.splat_f(first.z)];
+        let numbers = lanes.load(&NUMBERS, 0);
+        let mut bit = 0;
+        for axis in 0..3 {
+            // The bits of a ball's number that tell its part of this side.
+            let part = lanes.shr_each(numbers, lanes.splat(bit));
+            let part = lanes.to_f(lanes.and(part, lanes.splat((1 << halved[axis]) - 1)));
+            let part = lanes.add_f(part, lanes.splat_f(0.5));
+            let place = lanes.add_f(lanes.splat_f(from[axis]), lanes.mul_f(lanes.splat_f(size[axis]), part));
+            for (center, along) in centers.iter_mut().zip(axes[axis].to_array()) {
+                *center = lanes.add_f(*center, lanes.mul_f(lanes.splat_f(along), place));
+            }
+            bit += halved[axis] as i32;
+        }
+        let radius = if exists { radius } else { f32::INFINITY };
+        let mut balls = Balls { centers: [[0.0; LANES]; 3], radius };
+        for (to, center) in balls.centers.iter_mut().zip(centers) {
+            lanes.store_f(center, to, 0);
+        }
+        balls
     }
-    // As the sides of a lattice of control points lie; any other axes hold the hull as well, if not as closely.
-    let (diagonal, other) = (lane(&at, LANES - 1), lane(&at, 3) - lane(&at, LANES - 4));
-    let sides = if diagonal == Vec3::ZERO { farthest_two(&at) } else { [diagonal + other, diagonal - other] };
+}
+
+/// Numbers of lanes.
+const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+
+/// Axes that are perpendicular to each other and lie as the sides of a lattice of control points do; any other axes hold
+/// the hull as well, if not as closely.
+#[inline(always)]
+fn axes(points: &[[f32; LANES]; 3]) -> [Vec3; 3] {
+    let diagonal = point(points, LANES - 1) - point(points, 0);
+    let other = point(points, 3) - point(points, LANES - 4);
+    let sides =
+        if diagonal == Vec3::ZERO { farthest_two(points) } else { [diagonal + other, diagonal - other] };
     let is_longer = sides[0].length_squared() >= sides[1].length_squared();
     let [long, short] = if is_longer { sides } else { [sides[1], sides[0]] };
-    let along = long.normalize_or(Vec3::X);
+    let along = unit_or(long, Vec3::X);
     let off = short - along * along.dot(short);
     let off = off - along * along.dot(off);
-    let across = off.try_normalize().unwrap_or_else(
-        #[inline(always)]
-        || along.any_orthonormal_vector(),
-    );
-    let axes = [along, across, along.cross(across)];
-    let (mut from, mut size) = ([0.0; 3], [0.0; 3]);
-    for axis in 0..3 {
-        let ends = ends(&at, axes[axis]);
-        (from[axis], size[axis]) = (ends[0], ends[1] - ends[0]);
-    }
-    // 16 parts: the longest side is halved four times.
-    let mut halved = [0u32; 3];
-    for _ in 0..LANES.ilog2() {
-        let [x, y, z] = size;
-        let longest = if x >= y.max(z) { 0 } else { 1 + usize::from(z > y) };
-        for axis in 0..3 {
-            let is_longest = axis == longest;
-            size[axis] *= if is_longest { 0.5 } else { 1.0 };
-            halved[axis] += u32::from(is_longest);
-        }
-    }
-    let radius = 0.5 * Vec3::from(size).length() * 1.0001 + apart;
-    let radius = if radius.is_finite() { radius } else { f32::INFINITY };
-    let mut balls = Balls { centers: [[first.x; LANES], [first.y; LANES], [first.z; LANES]], radius };
-    let mut bit = 0;
-    for axis in 0..3 {
-        let (along, mask) = (axes[axis].to_array(), (1u32 << halved[axis]) - 1);
-        for ball in 0..LANES {
-            let part = (ball as u32 >> bit & mask) as i32 as f32 + 0.5;
-            let place = from[axis] + size[axis] * part;
-            balls.centers[0][ball] += along[0] * place;
-            balls.centers[1][ball] += along[1] * place;
-            balls.centers[2][ball] += along[2] * place;
-        }
-        bit += halved[axis];
-    }
-    balls
+    let across = unit_or(off, Vec3::ZERO);
+    let across = if across == Vec3::ZERO { along.any_orthonormal_vector() } else { across };
+    [along, across, along.cross(across)]
+}
+
+/// A vector of unit length, or `other` where it has no direction.
+#[inline(always)]
+fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
+    let inverse = 1.0 / v.length();
+    if inverse.is_finite() && inverse > 0.0 { v * inverse } else { other }
 }
 
 /// One of some vectors.
 #[inline(always)]
-fn lane([x, y, z]: &[[f32; LANES]; 3], lane: usize) -> Vec3 {
-    Vec3::new(x[lane], y[lane], z[lane])
+fn point([x, y, z]: &[[f32; LANES]; 3], ix: usize) -> Vec3 {
+    Vec3::new(x[ix], y[ix], z[ix])
 }
 
-/// The longest of some vectors, and the one that is farthest off its direction.
-#[inline(always)]
-fn farthest_two(at: &[[f32; LANES]; 3]) -> [Vec3; 2] {
-    let long = farthest(at);
+/// The longest way from the first of some points to another, and the one that is farthest off its direction.
+#[cold]
+fn farthest_two(points: &[[f32; LANES]; 3]) -> [Vec3; 2] {
+    let ways: [Vec3; LANES] = std::array::from_fn(|ix| point(points, ix) - point(points, 0));
+    let longest = |ways: &[Vec3]| {
+        ways.iter().fold(Vec3::ZERO, |a, &b| if b.length_squared() > a.length_squared() { b } else { a })
+    };
+    let long = longest(&ways);
     let along = long.normalize_or(Vec3::X);
-    let mut off = *at;
-    for lane in 0..LANES {
-        let part = along.x * at[0][lane] + along.y * at[1][lane] + along.z * at[2][lane];
-        off[0][lane] -= along.x * part;
-        off[1][lane] -= along.y * part;
-        off[2][lane] -= along.z * part;
-    }
-    [long, farthest(&off)]
-}
-
-/// The longest of some vectors.
-#[inline(always)]
-fn farthest([x, y, z]: &[[f32; LANES]; 3]) -> Vec3 {
-    let mut squares = [0.0; LANES];
-    for lane in 0..LANES {
-        squares[lane] = x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane];
-    }
-    let mut longest = 0;
-    for lane in 1..LANES {
-        longest = if squares[lane] > squares[longest] { lane } else { longest };
-    }
-    Vec3::new(x[longest], y[longest], z[longest])
-}
-
-/// How far vectors reach along an axis, both ways.
-#[inline(always)]
-fn ends([x, y, z]: &[[f32; LANES]; 3], axis: Vec3) -> [f32; 2] {
-    let (mut least, mut most) = ([0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        least[lane] = axis.x * x[lane] + axis.y * y[lane] + axis.z * z[lane];
-    }
-    most.copy_from_slice(&least);
-    let mut half = LANES / 2;
-    while half > 0 {
-        for lane in 0..half {
-            least[lane] = if least[lane + half] < least[lane] { least[lane + half] } else { least[lane] };
-            most[lane] = if most[lane + half] > most[lane] { most[lane + half] } else { most[lane] };
-        }
-        half /= 2;
-    }
-    [least[0], most[0]]
+    [long, longest(&ways.map(|way| way - along * along.dot(way)))]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::hash::{hash32, signed_unit};
+
+    #[test]
+    fn what_is_folded_or_endless_has_balls_too() {
+        let random = |n: u32| signed_unit(hash32(n));
+        // Ends that meet: there is no diagonal.
+        let mut points: [Vec3; 16] =
+            std::array::from_fn(|n| Vec3::from([0, 100, 200].map(|axis| random(axis + n as u32))));
+        points[15] = points[0];
+        for level in SimdLevel::all() {
+            let balls = level.run_lanes(BallsKernel { hull: &Hull::of(points), apart: 0.0 });
+            for p in points {
+                let is_in = |ball: usize| {
+                    Vec3::from(balls.centers.map(|axis| axis[ball])).distance(p) <= balls.radius * 1.001
+                };
+                assert!((0..LANES).any(is_in), "{p} {level:?}");
+            }
+            let same = level.run_lanes(BallsKernel { hull: &Hull::of([Vec3::ONE]), apart: 0.5 });
+            assert_eq!(same.centers, [[1.0; LANES]; 3], "{level:?}");
+            assert!((0.5..0.50001).contains(&same.radius), "{level:?}");
+            for wrong in [f32::NAN, f32::INFINITY, f32::MAX] {
+                let mut points = points;
+                points[7].y = wrong;
+                points[9].y = -wrong;
+                let balls = level.run_lanes(BallsKernel { hull: &Hull::of(points), apart: 0.0 });
+                assert_eq!(balls.radius, f32::INFINITY, "{level:?}");
+            }
+        }
+    }
 
     #[test]
     fn balls_hold_what_the_hull_holds() {
@@ -172,10 +198,7 @@ mod tests {
             });
             let hull = Hull::of(points);
             for level in SimdLevel::all() {
-                let balls = level.run(
-                    #[inline(always)]
-                    || balls(&hull, 1e-5),
-                );
+                let balls = level.run_lanes(BallsKernel { hull: &hull, apart: 1e-5 });
                 for n in 0..200 {
                     let weights: [f32; 16] =
                         std::array::from_fn(|ix| random(n * 16 + ix as u32).abs().powi(8));

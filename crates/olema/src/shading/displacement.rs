@@ -6,7 +6,7 @@
 
 use std::fmt::Debug;
 
-use glam::{DMat4, DVec3};
+use glam::Mat4;
 
 use crate::math::Vec3s;
 use crate::math::simd::LANES;
@@ -33,7 +33,11 @@ pub struct DisplacementPoints {
     pub st_width: Vec<f32>,
 }
 
-/// Balls that together hold a part of a surface, in object space.
+/// What a few operations in single precision round a point by at most, as part of its distance from the origin and that of
+/// the spaces that it goes through.
+pub const ROUNDING: f32 = 1e-6;
+
+/// Balls that together hold a part of a surface, in object space. Their radius has room for [`ROUNDING`] of their centres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Balls {
     /// Their centres, by axis and ball.
@@ -43,16 +47,19 @@ pub struct Balls {
 }
 
 impl Balls {
-    /// Balls that hold what these hold, in another space: `to_other` lengthens no vector by more than `stretch`.
+    /// Balls that hold what these hold, in another space: `to_other` lengthens no vector by more than `stretch`. What
+    /// becomes of [`ROUNDING`] is within their radius again.
     #[inline(always)]
-    pub fn moved(&self, to_other: &DMat4, stretch: f32) -> Self {
-        let mut moved = Balls { radius: self.radius * stretch * 1.00001, ..*self };
-        for ball in 0..LANES {
-            let [x, y, z] = [self.centers[0][ball], self.centers[1][ball], self.centers[2][ball]];
-            let center = DVec3::new(x.into(), y.into(), z.into());
-            let center = to_other.transform_point3(center).as_vec3();
-            (moved.centers[0][ball], moved.centers[1][ball], moved.centers[2][ball]) =
-                (center.x, center.y, center.z);
+    pub fn moved(&self, to_other: &Mat4, stretch: f32) -> Self {
+        let rounding = ROUNDING * to_other.w_axis.truncate().length();
+        let mut moved = Balls { radius: self.radius * stretch * 1.00001 + rounding, ..*self };
+        let [x, y, z, origin] =
+            [to_other.x_axis, to_other.y_axis, to_other.z_axis, to_other.w_axis].map(|axis| axis.to_array());
+        for axis in 0..3 {
+            for ball in 0..LANES {
+                let [px, py, pz] = [self.centers[0][ball], self.centers[1][ball], self.centers[2][ball]];
+                moved.centers[axis][ball] = x[axis] * px + y[axis] * py + z[axis] * pz + origin[axis];
+            }
         }
         moved
     }
@@ -71,11 +78,11 @@ pub trait DisplacementShader: Debug + Send + Sync {
     }
     /// Whether only the shading normals follow, and the surface stays where it is (bump mapping).
     fn is_bump(&self) -> bool;
-    /// Whether it reads `s`, `t` or `st_width`; they are left at 0 for one that does not.
+    /// Whether it reads `s`, `t` or `st_width`; their lists may be empty for one that does not.
     fn reads_texture_coordinates(&self) -> bool {
         true
     }
-    /// Whether it reads `u` or `v`; they are left at 0 for one that does not.
+    /// Whether it reads `u` or `v`; their lists may be empty for one that does not.
     fn reads_parameters(&self) -> bool {
         true
     }

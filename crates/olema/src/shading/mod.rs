@@ -25,7 +25,7 @@ use crate::error::Error;
 use crate::math::Vec3s;
 use crate::math::simd::{LANES, SimdLevel};
 
-pub use displacement::{Balls, DisplacementPoints, DisplacementShader};
+pub use displacement::{Balls, DisplacementPoints, DisplacementShader, ROUNDING};
 pub use displacers::{DISPLACEMENTS, Images};
 pub use light::LIGHTS;
 pub use params::{ParamValue, ShaderParam};

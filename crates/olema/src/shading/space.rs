@@ -5,10 +5,11 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DMat4, Mat3};
+use glam::{DMat3, DMat4, Mat4};
 
 use super::displacement::{Balls, DisplacementPoints, DisplacementShader};
-use crate::math::Vec3s;
+use crate::math::simd::SimdLevel;
+use crate::math::{Vec3s, transform};
 
 /// `shader`, given points of object space: offsets come back in object space. `object_to_shader` is affine and can be
 /// inverted; the identity costs nothing.
@@ -23,9 +24,10 @@ pub fn displacement_in_space(
     let to_object = to_shader.inverse();
     Arc::new(InSpace {
         shader,
-        place: *object_to_shader,
-        to_object: to_object.as_mat3(),
-        normal_to_shader: to_object.transpose().as_mat3(),
+        place: object_to_shader.as_mat4(),
+        to_object: DMat4::from_mat3(to_object).as_mat4(),
+        normal_to_shader: DMat4::from_mat3(to_object.transpose()).as_mat4(),
+        level: SimdLevel::best(),
         stretch: largest_stretch(&to_shader) as f32,
         // Rounding of the offset's components must not lift it above the bound.
         unstretch: (largest_stretch(&to_object) * (1.0 + 1e-6)) as f32,
@@ -55,9 +57,10 @@ pub fn largest_stretch(m: &DMat3) -> f64 {
 #[derive(Debug)]
 struct InSpace {
     shader: Arc<dyn DisplacementShader>,
-    place: DMat4,
-    to_object: Mat3,
-    normal_to_shader: Mat3,
+    place: Mat4,
+    to_object: Mat4,
+    normal_to_shader: Mat4,
+    level: SimdLevel,
     stretch: f32,
     unstretch: f32,
 }
@@ -89,15 +92,12 @@ impl DisplacementShader for InSpace {
 
     fn displace(&self, points: &DisplacementPoints, offset: &mut Vec3s) {
         let mut own = points.clone();
-        for ix in 0..points.p.len() {
-            own.p.set(ix, self.place.transform_point3(points.p.get(ix).as_dvec3()).as_vec3());
-            own.n.set(ix, (self.normal_to_shader * points.n.get(ix)).normalize_or_zero());
-            own.width[ix] *= self.stretch;
-        }
+        transform::points(self.level, &self.place, &points.p, &mut own.p);
+        transform::unit_vectors(self.level, &self.normal_to_shader, &points.n, &mut own.n);
+        own.width.iter_mut().for_each(|width| *width *= self.stretch);
         self.shader.displace(&own, offset);
-        for ix in 0..offset.len() {
-            offset.set(ix, self.to_object * offset.get(ix));
-        }
+        let there = offset.clone();
+        transform::vectors(self.level, &self.to_object, &there, offset);
     }
 }
 

@@ -76,6 +76,8 @@ pub struct BaseQuad {
     pub edges: [EdgeRef; 4],
     /// Corners at (0, 0), (1, 0), (1, 1), (0, 1).
     pub corners: [CornerId; 4],
+    /// Whether the surface has a tip there: the corner is a vertex that is infinitely sharp.
+    pub tips: [bool; 4],
 }
 
 /// The base quad at corner `corner` of `face`; `whole` where the face is a base quad itself.
@@ -90,6 +92,7 @@ pub(super) fn base_quad(topology: &Topology, face: u32, corner: u32, whole: bool
             source_face,
             edges: [0, 1, 2, 3].map(|i| mesh_edge(topology, at(i), Piece::Whole)),
             corners: [0, 1, 2, 3].map(|i| CornerId::Vertex(topology.vertex(at(i)))),
+            tips: [0, 1, 2, 3].map(|i| is_tip(topology, at(i))),
         };
     }
     let own = corners.start + corner;
@@ -111,7 +114,13 @@ pub(super) fn base_quad(topology: &Topology, face: u32, corner: u32, whole: bool
             CornerId::FaceMiddle(face),
             middle(prev),
         ],
+        tips: [is_tip(topology, own), false, false, false],
     }
+}
+
+/// Whether the vertex at a corner is infinitely sharp.
+fn is_tip(topology: &Topology, corner: u32) -> bool {
+    topology.vertex_sharpness[topology.vertex(corner) as usize] == f32::INFINITY
 }
 
 /// The edge that leaves a corner; `piece` as seen along the face.

@@ -36,7 +36,7 @@ impl Found {
             (vec![Vec::new(); edges.edges.len()], vec![Vec::new(); edges.corners.len()]);
         let mut is_smooth = [vec![true; edges.edges.len()], vec![true; edges.corners.len()]];
         for (ix, patch) in (0u32..).zip(&table.patches) {
-            for n in 0..4 {
+            for (n, corner_uv) in CORNER_UV.into_iter().enumerate() {
                 let (used, corner) = (patch.edges[n], patch.corners[n] as usize);
                 is_smooth[0][used.edge as usize] &= patch.smooth.side(n);
                 is_smooth[1][corner] &= patch.smooth.corner(n);
@@ -45,7 +45,7 @@ impl Found {
                     let uv = side_uv(n, parameter(along, denominator));
                     at_edges[used.edge as usize].push((numerator, surfaces.normal(ix, 0, uv).to_array()));
                 }
-                at_corners[corner].push(surfaces.normal(ix, 0, CORNER_UV[n]).to_array());
+                at_corners[corner].push(surfaces.normal(ix, 0, corner_uv).to_array());
             }
         }
         for (normals, &is_smooth) in at_edges.iter().zip(&is_smooth[0]) {

@@ -9,7 +9,7 @@ pub mod matrix;
 pub mod noise;
 pub mod noise_lanes;
 mod permute;
-mod reduce;
+pub(crate) mod reduce;
 mod scale_pairs;
 pub mod simd;
 pub mod transform;

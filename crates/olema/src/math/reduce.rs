@@ -18,6 +18,15 @@ pub(super) struct Reduced {
 /// Adding and subtracting it rounds a double below 2^51 to an integer; the sum's low bits are the integer.
 pub(super) const ROUND: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
 
+/// The integer part of x, which is 0 or above and below 2^31; of anything else, any number. A cast would give a number for
+/// anything else, too, one lane after the other.
+#[inline(always)]
+pub(crate) fn whole(x: f64) -> i32 {
+    let biased = x + ROUND;
+    let is_above = biased - ROUND > x;
+    (biased.to_bits() as u32).wrapping_sub(u32::from(is_above)) as i32
+}
+
 const TWO_OVER_PI: f64 = std::f64::consts::FRAC_2_PI;
 /// pi/2 in three parts, of 33 bits each but the last: products with integers up to 2^20 are exact.
 pub(super) const HALF_PI_1: f64 = f64::from_bits(0x3ff9_21fb_5440_0000);

@@ -7,6 +7,7 @@
 
 use super::texture::{Level, TextureImage};
 use crate::math::function;
+use crate::math::reduce::whole;
 use crate::math::simd::LANES;
 
 /// Three texels around a place along one side, and their weights, by number and lane.
@@ -27,7 +28,7 @@ impl TextureImage {
             let texels = (width[0][lane] * columns).max(width[1][lane] * rows);
             let log = function::log2(texels).min(last);
             let lod = if texels > 1.0 { log } else { 0.0 };
-            level[lane] = lod as i32 as u32;
+            level[lane] = whole(f64::from(lod)) as u32;
             part[lane] = lod - level[lane] as i32 as f32;
             is_between |= part[lane] > 0.0;
         }
@@ -52,33 +53,42 @@ impl TextureImage {
         value
     }
 
-    /// [`Level::at`] in every lane, each at a level of its own.
+    /// [`Level::at`] in every lane, each at a level of its own: mostly there are one or two of them.
     #[inline(always)]
-    fn at_levels(&self, level: &[u32; LANES], [s, t]: &[[f64; LANES]; 2]) -> [f32; LANES] {
-        let (mut width, mut height) = ([0u32; LANES], [0u32; LANES]);
-        for lane in 0..LANES {
-            let Level { width: w, height: h, .. } = &self.levels[level[lane] as usize];
-            (width[lane], height[lane]) = (*w as u32, *h as u32);
-        }
-        let (x, y) = (Taps::new(s, &width), Taps::new(t, &height));
-        let mut texels = [[[0.0f32; LANES]; 3]; 3];
-        for lane in 0..LANES {
-            let Level { data, width, .. } = &self.levels[level[lane] as usize];
-            let columns = [x.texel[0][lane] as usize, x.texel[1][lane] as usize, x.texel[2][lane] as usize];
-            for row in 0..3 {
-                let row_of_texels = &data[y.texel[row][lane] as usize * width..][..*width];
-                texels[row][0][lane] = row_of_texels[columns[0]];
-                texels[row][1][lane] = row_of_texels[columns[1]];
-                texels[row][2][lane] = row_of_texels[columns[2]];
+    fn at_levels(&self, level: &[u32; LANES], st: &[[f64; LANES]; 2]) -> [f32; LANES] {
+        let mut value = [0.0f32; LANES];
+        let mut least = level.iter().fold(u32::MAX, |least, &level| least.min(level));
+        while least < u32::MAX {
+            let there = self.levels[least as usize].at_lanes(st);
+            let mut next = u32::MAX;
+            for lane in 0..LANES {
+                value[lane] = if level[lane] == least { there[lane] } else { value[lane] };
+                next = next.min(if level[lane] > least { level[lane] } else { u32::MAX });
             }
+            least = next;
         }
+        value
+    }
+}
+
+impl Level {
+    /// [`Self::at`] in every lane.
+    #[inline(always)]
+    fn at_lanes(&self, [s, t]: &[[f64; LANES]; 2]) -> [f32; LANES] {
+        let (x, y) = (Taps::new(s, self.width as u32), Taps::new(t, self.height as u32));
         let mut sum = [0.0f32; LANES];
-        for lane in 0..LANES {
-            for row in 0..3 {
-                let texel = [texels[row][0][lane], texels[row][1][lane], texels[row][2][lane]];
-                let along = x.weight[0][lane] * texel[0]
-                    + x.weight[1][lane] * texel[1]
-                    + x.weight[2][lane] * texel[2];
+        for row in 0..3 {
+            let mut texels = [[0.0f32; LANES]; 3];
+            for lane in 0..LANES {
+                let texels_of_row = &self.data[y.texel[row][lane] as usize * self.width..][..self.width];
+                for column in 0..3 {
+                    texels[column][lane] = texels_of_row[x.texel[column][lane] as usize];
+                }
+            }
+            for lane in 0..LANES {
+                let along = x.weight[0][lane] * texels[0][lane]
+                    + x.weight[1][lane] * texels[1][lane]
+                    + x.weight[2][lane] * texels[2][lane];
                 sum[lane] += y.weight[row][lane] * along;
             }
         }
@@ -89,16 +99,18 @@ impl TextureImage {
 impl Taps {
     /// The texels around places along a side of `len` texels.
     #[inline(always)]
-    fn new(place: &[f64; LANES], len: &[u32; LANES]) -> Self {
+    fn new(place: &[f64; LANES], len: u32) -> Self {
         let mut taps = Taps { texel: [[0; LANES]; 3], weight: [[0.0; LANES]; 3] };
         let (mut ix, mut f) = ([0i32; LANES], [0.0f32; LANES]);
         for lane in 0..LANES {
-            let along = (place[lane] - place[lane].floor()) * f64::from(len[lane]);
-            ix[lane] = (along as i32).min(len[lane] as i32 - 1);
+            let along = (place[lane] - place[lane].floor()) * f64::from(len);
+            // 0 for what is no number.
+            let along = if along > 0.0 { along } else { 0.0 };
+            ix[lane] = whole(along).min(len as i32 - 1);
             f[lane] = (along - f64::from(ix[lane])) as f32 - 0.5;
         }
         for lane in 0..LANES {
-            let last = len[lane] as i32 - 1;
+            let last = len as i32 - 1;
             let (ix, f) = (ix[lane], f[lane]);
             let before = if ix == 0 { last } else { ix - 1 };
             let after = if ix == last { 0 } else { ix + 1 };

@@ -17,21 +17,26 @@ pub struct TextureImage {
     pub(super) range: [f32; 2],
 }
 
-/// One size of the image.
+/// One size of the image. Around its texels are those of the other side, so that any three by three that follow each other
+/// need no wrapping, and after each row one more, so that four can be read.
 #[derive(Debug, Clone)]
 pub(super) struct Level {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// Row after row, from t = 0.
-    pub(super) data: Arc<[f32]>,
+    /// Row after row of `width + EDGE` texels, from the one before t = 0 to the one behind t = 1.
+    pub(super) data: Vec<f32>,
 }
+
+/// Texels of a row besides its own: one before it, two behind.
+pub(super) const EDGE: usize = 3;
 
 impl TextureImage {
     /// An image of `width` x `height` texels, rows from t = 0 on, each from s = 0 on; texels are centred in their
     /// squares of the unit square.
     ///
     /// # Errors
-    /// [`Error::Shader`] where there is no texel, not one value a texel, or one that is not finite.
+    /// [`Error::Shader`] where there is no texel, not one value a texel, one that is not finite, or more than can be numbered
+    /// in 32 bits.
     pub fn new(width: usize, height: usize, data: Arc<[f32]>) -> Result<Self, Error> {
         if width == 0 || height == 0 || width.checked_mul(height) != Some(data.len()) {
             let found = data.len();
@@ -46,7 +51,12 @@ impl TextureImage {
             }
             range = [range[0].min(*value), range[1].max(*value)];
         }
-        let mut last = Level { width, height, data };
+        if (width + EDGE).saturating_mul(height + 2) > u32::MAX as usize {
+            return Err(Error::Shader(format!(
+                "an image of {width} x {height} texels is too large: expected fewer than 2^32"
+            )));
+        }
+        let mut last = Level::new(width, height, &data);
         let mut levels = Vec::new();
         while last.width > 1 || last.height > 1 {
             let next = last.halved();
@@ -87,30 +97,58 @@ impl TextureImage {
 }
 
 impl Level {
+    /// Of texels, row after row.
+    fn new(width: usize, height: usize, texels: &[f32]) -> Self {
+        let mut data = Vec::with_capacity((width + EDGE) * (height + 2));
+        for y in 0..height + 2 {
+            let row = &texels[(y + height - 1) % height * width..][..width];
+            data.push(row[width - 1]);
+            data.extend_from_slice(row);
+            data.extend([row[0], row[1 % width]]);
+        }
+        Level { width, height, data }
+    }
+
+    /// A row of texels.
+    fn row(&self, y: usize) -> &[f32] {
+        &self.data[(y + 1) * (self.width + EDGE) + 1..][..self.width]
+    }
+
     /// Half as wide and high, rounded down but at least 1: means over equal parts, also where a part is 2 + 1/n texels.
     fn halved(&self) -> Level {
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
         let mut rows = Vec::with_capacity(width * self.height);
-        for row in self.data.chunks_exact(self.width) {
+        for row in (0..self.height).map(|y| self.row(y)) {
             rows.extend((0..width).map(|x| mean(self.width, width, x, |j| row[j])));
         }
-        let mut data = Vec::with_capacity(width * height);
+        let mut texels = Vec::with_capacity(width * height);
         for y in 0..height {
-            data.extend((0..width).map(|x| mean(self.height, height, y, |j| rows[j * width + x])));
+            texels.extend((0..width).map(|x| mean(self.height, height, y, |j| rows[j * width + x])));
         }
-        Level { width, height, data: data.into() }
+        Level::new(width, height, &texels)
     }
 
     /// The biquadratic B-spline of the texels.
     fn at(&self, [s, t]: [f64; 2]) -> f32 {
-        let ([x0, x1, x2], wx) = taps(s, self.width);
-        let (rows, wy) = taps(t, self.height);
-        let mut sum = 0.0;
-        for (row, weight) in rows.into_iter().zip(wy) {
-            let texels = &self.data[row * self.width..][..self.width];
-            sum += weight * (wx[0] * texels[x0] + wx[1] * texels[x1] + wx[2] * texels[x2]);
+        let ((x, along), (y, across)) = (taps(s, self.width), taps(t, self.height));
+        let [a, b, c, _] = self.columns(y * (self.width + EDGE) + x, across);
+        along[0] * a + along[1] * b + along[2] * c
+    }
+
+    /// Sums of three texels above each other with weights, for four columns from `first` on.
+    #[inline(always)]
+    pub(super) fn columns(&self, first: usize, weights: [f32; 3]) -> [f32; 4] {
+        let stride = self.width + EDGE;
+        let mut sums = [0.0; 4];
+        let rows = [
+            &self.data[first..][..4],
+            &self.data[first + stride..][..4],
+            &self.data[first + 2 * stride..][..4],
+        ];
+        for (column, sum) in sums.iter_mut().enumerate() {
+            *sum = weights[0] * rows[0][column] + weights[1] * rows[1][column] + weights[2] * rows[2][column];
         }
-        sum
+        sums
     }
 }
 
@@ -126,15 +164,13 @@ fn mean(len: usize, parts: usize, ix: usize, value: impl Fn(usize) -> f32) -> f3
     sum
 }
 
-/// The three texels around a place along one side, and their weights.
-fn taps(place: f64, len: usize) -> ([usize; 3], [f32; 3]) {
+/// The first of the three texels around a place along one side, counted from the one before it, and their weights.
+fn taps(place: f64, len: usize) -> (usize, [f32; 3]) {
     let along = (place - place.floor()) * len as f64;
     let ix = (along as usize).min(len - 1);
     let f = (along - ix as f64) as f32 - 0.5;
-    let before = if ix == 0 { len - 1 } else { ix - 1 };
-    let after = if ix + 1 == len { 0 } else { ix + 1 };
     let (a, b) = (0.5 - f, 0.5 + f);
-    ([before, ix, after], [0.5 * a * a, 0.75 - f * f, 0.5 * b * b])
+    (ix, [0.5 * a * a, 0.75 - f * f, 0.5 * b * b])
 }
 
 #[cfg(test)]
@@ -150,7 +186,8 @@ mod tests {
     }
 
     fn mean_of(level: &Level) -> f64 {
-        level.data.iter().map(|v| f64::from(*v)).sum::<f64>() / level.data.len() as f64
+        let texels = (0..level.height).flat_map(|y| level.row(y));
+        texels.map(|v| f64::from(*v)).sum::<f64>() / (level.width * level.height) as f64
     }
 
     #[test]

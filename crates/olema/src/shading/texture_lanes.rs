@@ -5,14 +5,14 @@
 
 #![allow(clippy::needless_range_loop)] // A loop over lanes reads as what it becomes.
 
-use super::texture::{Level, TextureImage};
+use super::texture::{EDGE, Level, TextureImage};
 use crate::math::function;
 use crate::math::reduce::whole;
 use crate::math::simd::LANES;
 
-/// Three texels around a place along one side, and their weights, by number and lane.
+/// The first of three texels around a place along one side, and their weights, by number and lane.
 struct Taps {
-    texel: [[u32; LANES]; 3],
+    first: [u32; LANES],
     weight: [[f32; LANES]; 3],
 }
 
@@ -76,21 +76,19 @@ impl Level {
     #[inline(always)]
     fn at_lanes(&self, [s, t]: &[[f64; LANES]; 2]) -> [f32; LANES] {
         let (x, y) = (Taps::new(s, self.width as u32), Taps::new(t, self.height as u32));
+        let mut first = [0u32; LANES];
+        for lane in 0..LANES {
+            first[lane] = y.first[lane] * (self.width + EDGE) as u32 + x.first[lane];
+        }
+        let mut columns = [[0.0f32; 4]; LANES];
+        for lane in 0..LANES {
+            let weights = [y.weight[0][lane], y.weight[1][lane], y.weight[2][lane]];
+            columns[lane] = self.columns(first[lane] as usize, weights);
+        }
         let mut sum = [0.0f32; LANES];
-        for row in 0..3 {
-            let mut texels = [[0.0f32; LANES]; 3];
-            for lane in 0..LANES {
-                let texels_of_row = &self.data[y.texel[row][lane] as usize * self.width..][..self.width];
-                for column in 0..3 {
-                    texels[column][lane] = texels_of_row[x.texel[column][lane] as usize];
-                }
-            }
-            for lane in 0..LANES {
-                let along = x.weight[0][lane] * texels[0][lane]
-                    + x.weight[1][lane] * texels[1][lane]
-                    + x.weight[2][lane] * texels[2][lane];
-                sum[lane] += y.weight[row][lane] * along;
-            }
+        for lane in 0..LANES {
+            let [a, b, c, _] = columns[lane];
+            sum[lane] = x.weight[0][lane] * a + x.weight[1][lane] * b + x.weight[2][lane] * c;
         }
         sum
     }
@@ -100,23 +98,19 @@ impl Taps {
     /// The texels around places along a side of `len` texels.
     #[inline(always)]
     fn new(place: &[f64; LANES], len: u32) -> Self {
-        let mut taps = Taps { texel: [[0; LANES]; 3], weight: [[0.0; LANES]; 3] };
-        let (mut ix, mut f) = ([0i32; LANES], [0.0f32; LANES]);
+        let mut taps = Taps { first: [0; LANES], weight: [[0.0; LANES]; 3] };
+        let mut f = [0.0f32; LANES];
         for lane in 0..LANES {
             let along = (place[lane] - place[lane].floor()) * f64::from(len);
             // 0 for what is no number.
             let along = if along > 0.0 { along } else { 0.0 };
-            ix[lane] = whole(along).min(len as i32 - 1);
-            f[lane] = (along - f64::from(ix[lane])) as f32 - 0.5;
+            let ix = whole(along).min(len as i32 - 1);
+            taps.first[lane] = ix as u32;
+            f[lane] = (along - f64::from(ix)) as f32 - 0.5;
         }
         for lane in 0..LANES {
-            let last = len as i32 - 1;
-            let (ix, f) = (ix[lane], f[lane]);
-            let before = if ix == 0 { last } else { ix - 1 };
-            let after = if ix == last { 0 } else { ix + 1 };
+            let f = f[lane];
             let (a, b) = (0.5 - f, 0.5 + f);
-            (taps.texel[0][lane], taps.texel[1][lane], taps.texel[2][lane]) =
-                (before as u32, ix as u32, after as u32);
             (taps.weight[0][lane], taps.weight[1][lane], taps.weight[2][lane]) =
                 (0.5 * a * a, 0.75 - f * f, 0.5 * b * b);
         }

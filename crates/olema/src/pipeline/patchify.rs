@@ -18,7 +18,7 @@ use super::edges::EdgeUse;
 use super::limit::Limit;
 use super::motion::{KeyTimes, Placement, Placer, blend_point};
 use super::patch::{Patch, PatchTable, Shape};
-use super::smooth::Smooth;
+use super::smooth::{SheetSmooth, Smooth};
 
 /// Turns all primitives of `scene` into patches, placed at their key times. Warnings name the object.
 pub fn patchify(scene: &Scene, times: &KeyTimes) -> (PatchTable, Vec<String>) {
@@ -140,6 +140,7 @@ fn sheet(
         points.reserve_exact(expected * placements.len());
         placements.iter().for_each(|at| camera_points(*level, &mesh.points, expected, at, points));
     }
+    let (to_bezier, smooth) = (ToBezier::of_sheet(mesh), SheetSmooth::new(mesh, [pu, pv]));
     let mut dropped = 0usize;
     for (row, column) in (0..pv).flat_map(|row| (0..pu).map(move |column| (row, column))) {
         let first_float = table.floats.len();
@@ -151,7 +152,7 @@ fn sheet(
             placements.iter().all(|at| push_single(*level, mesh, at, &mut table.floats))
         } else {
             points.chunks_exact(expected.max(1)).all(|points| {
-                let (points, len) = control.bezier_points(mesh, points);
+                let (points, len) = control.bezier_points(mesh, &to_bezier, points);
                 match rational {
                     true => push_points::<4>(&points[..len], &mut table.floats),
                     false => push_points::<3>(&points[..len], &mut table.floats),
@@ -179,7 +180,7 @@ fn sheet(
             edges: [EdgeUse::default(); 4],
             corners: [0; 4],
             params: [u0, u1, v0, v1],
-            smooth: Smooth::of_sheet(mesh, [pu, pv], [column, row]),
+            smooth: smooth.of_patch([column, row]),
             slack: 0.0,
             reach: 0.0,
             moves_alone: true,
@@ -288,7 +289,12 @@ impl Control {
     }
 
     /// The Bezier points (or corners) of the patch, and how many they are.
-    fn bezier_points(&self, mesh: &PatchMesh, points: &[DVec4]) -> ([DVec4; 16], usize) {
+    fn bezier_points(
+        &self,
+        mesh: &PatchMesh,
+        to_bezier: &ToBezier,
+        points: &[DVec4],
+    ) -> ([DVec4; 16], usize) {
         let side = if matches!(*mesh.kind, PatchKind::Bilinear) { 2 } else { 4 };
         let mut control = [DVec4::ZERO; 16];
         for j in 0..side {
@@ -298,30 +304,48 @@ impl Control {
         }
         match &*mesh.kind {
             PatchKind::Bilinear => (control, 4),
-            PatchKind::Bicubic { u, v } => (change_basis(control, u, v), 16),
+            PatchKind::Bicubic { .. } => (to_bezier.apply(control), 16),
         }
     }
 }
 
 /// Sixteen control points from bases `u` and `v` to Bezier; exact where a basis is Bezier already.
-pub fn change_basis<T>(mut p: [T; 16], u: &PatchBasis, v: &PatchBasis) -> [T; 16]
+pub fn change_basis<T>(p: [T; 16], u: &PatchBasis, v: &PatchBasis) -> [T; 16]
 where
     T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>,
 {
-    let blend = |m: &[f64; 4], q: [T; 4]| q[0] * m[0] + q[1] * m[1] + q[2] * m[2] + q[3] * m[3];
-    if u.matrix != PatchBasis::BEZIER.matrix {
-        let m = to_bezier(u);
-        for j in 0..4 {
+    ToBezier::new(u, v).apply(p)
+}
+
+/// The matrices of [`change_basis`] for u and v; none where the basis is Bezier already.
+struct ToBezier([Option<[[f64; 4]; 4]>; 2]);
+
+impl ToBezier {
+    fn new(u: &PatchBasis, v: &PatchBasis) -> Self {
+        ToBezier([u, v].map(|basis| (basis.matrix != PatchBasis::BEZIER.matrix).then(|| to_bezier(basis))))
+    }
+
+    fn of_sheet(mesh: &PatchMesh) -> Self {
+        match &*mesh.kind {
+            PatchKind::Bilinear => ToBezier([None; 2]),
+            PatchKind::Bicubic { u, v } => ToBezier::new(u, v),
+        }
+    }
+
+    fn apply<T>(&self, mut p: [T; 16]) -> [T; 16]
+    where
+        T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>,
+    {
+        let blend = |m: &[f64; 4], q: [T; 4]| q[0] * m[0] + q[1] * m[1] + q[2] * m[2] + q[3] * m[3];
+        let ToBezier([u, v]) = self;
+        for (m, j) in u.iter().flat_map(|m| (0..4).map(move |j| (m, j))) {
             let q: [T; 4] = std::array::from_fn(|i| p[4 * j + i]);
             m.iter().enumerate().for_each(|(i, row)| p[4 * j + i] = blend(row, q));
         }
-    }
-    if v.matrix != PatchBasis::BEZIER.matrix {
-        let m = to_bezier(v);
-        for i in 0..4 {
+        for (m, i) in v.iter().flat_map(|m| (0..4).map(move |i| (m, i))) {
             let q: [T; 4] = std::array::from_fn(|j| p[4 * j + i]);
             m.iter().enumerate().for_each(|(j, row)| p[4 * j + i] = blend(row, q));
         }
+        p
     }
-    p
 }

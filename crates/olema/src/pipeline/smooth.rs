@@ -32,19 +32,6 @@ impl Smooth {
         Smooth { bits }
     }
 
-    /// Of a patch of a sheet of `[pu, pv]` patches.
-    pub fn of_sheet(mesh: &PatchMesh, [pu, pv]: [usize; 2], [column, row]: [usize; 2]) -> Self {
-        let PatchKind::Bicubic { u, v } = &*mesh.kind else { return Smooth::default() };
-        let [across_u, across_v] = [u, v].map(is_smooth_basis);
-        let sides = [
-            across_v && (row > 0 || mesh.wrap_v),
-            across_u && (column + 1 < pu || mesh.wrap_u),
-            across_v && (row + 1 < pv || mesh.wrap_v),
-            across_u && (column > 0 || mesh.wrap_u),
-        ];
-        Smooth::new(sides, [false; 4])
-    }
-
     /// Of a base quad of a limit surface.
     pub fn of_quad(scheme: Scheme, quad: &BaseQuad) -> Self {
         if scheme == Scheme::Bilinear {
@@ -64,6 +51,43 @@ impl Smooth {
     /// The same of a corner.
     pub fn corner(self, corner: usize) -> bool {
         self.bits >> (4 + corner) & 1 != 0
+    }
+}
+
+/// What is known of all patches of a sheet.
+#[derive(Debug, Clone, Copy)]
+pub struct SheetSmooth {
+    /// Across lines of constant u, and of constant v.
+    across: [bool; 2],
+    wraps: [bool; 2],
+    /// Patches along u and v.
+    size: [usize; 2],
+}
+
+impl SheetSmooth {
+    /// Of a sheet of `size` patches.
+    pub fn new(mesh: &PatchMesh, size: [usize; 2]) -> Self {
+        let wraps = [mesh.wrap_u, mesh.wrap_v];
+        let across = match &*mesh.kind {
+            // Nothing goes on beyond a single patch.
+            PatchKind::Bicubic { u, v } if size != [1, 1] || wraps != [false; 2] => {
+                [u, v].map(is_smooth_basis)
+            }
+            _ => [false; 2],
+        };
+        SheetSmooth { across, wraps, size }
+    }
+
+    /// Of the patch in a column and a row.
+    pub fn of_patch(self, [column, row]: [usize; 2]) -> Smooth {
+        let SheetSmooth { across, wraps, size } = self;
+        let sides = [
+            across[1] && (row > 0 || wraps[1]),
+            across[0] && (column + 1 < size[0] || wraps[0]),
+            across[1] && (row + 1 < size[1] || wraps[1]),
+            across[0] && (column > 0 || wraps[0]),
+        ];
+        Smooth::new(sides, [false; 4])
     }
 }
 

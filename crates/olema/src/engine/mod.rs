@@ -204,14 +204,14 @@ impl Renderer {
         // Tiles are taken in order, so that grids on the border of two tiles do not wait long for the second, and several at
         // a time, so that most of these are drawn by who made them.
         workers.each(|| {
-            let mut worker = tile::TileWorker::new(&data, &filed, &cache, hooks);
+            let (mut worker, mut pixels) = (tile::TileWorker::new(&data, &filed, &cache, hooks), Vec::new());
             for tile in std::iter::from_fn(|| runs.take()).flatten() {
-                let result = worker.draw(tile);
+                let result = worker.draw(tile, &mut pixels);
                 let mut all = shared.lock().unwrap_or_else(PoisonError::into_inner);
                 match result {
                     // Another one could not draw its tile.
                     _ if all.2.is_some() => break,
-                    Ok(pixels) => {
+                    Ok(()) => {
                         let finished = all.0.put(data.tiles.interior(tile), &pixels);
                         if let Some(bucket) = hooks.bucket {
                             finished.iter().for_each(bucket);

@@ -56,6 +56,8 @@ pub(super) struct Rows<'a> {
     /// First row of the first of them.
     next_row: u32,
     tile_side: u32,
+    /// The last one that was handed out, to be used again.
+    spare: Option<Image>,
     hand_out: &'a mut (dyn FnMut(&Image) + Send),
 }
 
@@ -70,6 +72,7 @@ impl<'a> Rows<'a> {
             waiting,
             next_row: window_px[2],
             tile_side,
+            spare: None,
             hand_out,
         }
     }
@@ -80,9 +83,14 @@ impl<'a> Rows<'a> {
         if self.waiting.len() <= ix {
             self.waiting.resize_with(ix + 1, || None);
         }
+        let (frame_px, spare) = (self.frame_px, &mut self.spare);
         let (image, missing) = self.waiting[ix].get_or_insert_with(|| {
-            let window = [x0, x1, tile.y0 as u32, tile.y1 as u32];
-            let image = Image::new(self.frame_px, window, &CHANNELS);
+            let window_px = [x0, x1, tile.y0 as u32, tile.y1 as u32];
+            let is_as_high = |image: &Image| image.height() == tile.height();
+            let image = match spare.take().filter(is_as_high) {
+                Some(image) => Image { window_px, ..image },
+                None => Image::new(frame_px, window_px, &CHANNELS),
+            };
             (image, (x1 - x0) as usize * tile.height())
         });
         place(image, tile, pixels);
@@ -90,7 +98,7 @@ impl<'a> Rows<'a> {
         while let Some(Some((image, 0))) = self.waiting.front() {
             (self.hand_out)(image);
             self.next_row = image.window_px[3];
-            self.waiting.pop_front();
+            self.spare = self.waiting.pop_front().flatten().map(|(image, _)| image);
         }
     }
 }

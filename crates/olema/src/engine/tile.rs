@@ -97,42 +97,39 @@ impl<'a> TileWorker<'a> {
         }
     }
 
-    /// The finished pixels of a tile.
+    /// Replaces `pixels` by the finished pixels of a tile.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub fn draw(&mut self, tile: usize) -> Result<Vec<Pixel>, Error> {
+    pub fn draw(&mut self, tile: usize, pixels: &mut Vec<Pixel>) -> Result<(), Error> {
         if self.hooks.is_cancelled() {
             return Err(Error::Cancelled);
         }
         let interior = self.frame.tiles.interior(tile);
-        let pixels = self.draw_whole(tile, interior);
+        pixels.clear();
+        let drawn = if self.filed.of_tile(tile).is_empty() {
+            pixels.resize(interior.num_pixels(), EMPTY_PIXEL);
+            Ok(())
+        } else {
+            pixels.reserve_exact(interior.num_pixels());
+            self.draw_region(tile, interior, pixels)
+        };
+        self.finish(pixels);
         self.cache.finished(tile);
-        pixels
-    }
-
-    fn draw_whole(&mut self, tile: usize, interior: Region) -> Result<Vec<Pixel>, Error> {
-        if self.filed.of_tile(tile).is_empty() {
-            let mut pixels = vec![EMPTY_PIXEL; interior.num_pixels()];
-            self.finish(&mut pixels);
-            return Ok(pixels);
-        }
-        self.draw_region(tile, interior)
+        drawn
     }
 
     /// Draws a part of a tile, in quarters where it has too many grids.
-    fn draw_region(&mut self, tile: usize, interior: Region) -> Result<Vec<Pixel>, Error> {
+    fn draw_region(&mut self, tile: usize, interior: Region, pixels: &mut Vec<Pixel>) -> Result<(), Error> {
         match self.passes(tile, interior) {
             Ok(()) => {
                 let watch = Stopwatch::new(self.hooks);
-                let mut pixels = Vec::with_capacity(interior.num_pixels());
-                self.colors.resolve(&self.buffers, &self.frame.filter, interior, &mut pixels);
-                self.finish(&mut pixels);
+                self.colors.resolve(&self.buffers, &self.frame.filter, interior, pixels);
                 self.stats.seconds.resolve += watch.seconds();
-                Ok(pixels)
+                Ok(())
             }
             Err(Stop::Cancelled) => Err(Error::Cancelled),
-            Err(Stop::SlotsFull) if interior.num_pixels() > 1 => self.draw_halves(tile, interior),
+            Err(Stop::SlotsFull) if interior.num_pixels() > 1 => self.draw_halves(tile, interior, pixels),
             Err(Stop::SlotsFull) => Err(Error::Memory {
                 what: "the grids of one pixel",
                 needed: u64::from(crate::sampling::Payload::NUM_SLOTS) + 1,
@@ -141,17 +138,15 @@ impl<'a> TileWorker<'a> {
         }
     }
 
-    fn draw_halves(&mut self, tile: usize, r: Region) -> Result<Vec<Pixel>, Error> {
+    fn draw_halves(&mut self, tile: usize, r: Region, pixels: &mut Vec<Pixel>) -> Result<(), Error> {
         if r.height() > 1 {
             let middle = r.y0 + r.height() as i32 / 2;
-            let mut pixels = self.draw_region(tile, Region::new(r.x0, r.x1, r.y0, middle))?;
-            pixels.extend(self.draw_region(tile, Region::new(r.x0, r.x1, middle, r.y1))?);
-            return Ok(pixels);
+            self.draw_region(tile, Region::new(r.x0, r.x1, r.y0, middle), pixels)?;
+            return self.draw_region(tile, Region::new(r.x0, r.x1, middle, r.y1), pixels);
         }
         let middle = r.x0 + r.width() as i32 / 2;
-        let mut pixels = self.draw_region(tile, Region::new(r.x0, middle, r.y0, r.y1))?;
-        pixels.extend(self.draw_region(tile, Region::new(middle, r.x1, r.y0, r.y1))?);
-        Ok(pixels)
+        self.draw_region(tile, Region::new(r.x0, middle, r.y0, r.y1), pixels)?;
+        self.draw_region(tile, Region::new(middle, r.x1, r.y0, r.y1), pixels)
     }
 
     /// Draws everything, again as long as transparent records did not fit.

@@ -3,6 +3,7 @@
 //! In: a [`SamplePattern`] and a [`Region`]. Out: [`RegionSamples`], the place and tuple of each sample in
 //! one array, so that inner loops neither hash nor permute.
 
+use std::cell::RefCell;
 use std::sync::OnceLock;
 
 use super::pattern::SamplePattern;
@@ -71,6 +72,8 @@ pub struct RegionSamples {
     pub tuples: Vec<u32>,
     /// Made when they are first asked for.
     rows: OnceLock<Option<TupleRows>>,
+    /// Memory of those of the last region.
+    spare: RefCell<Vec<i32>>,
     /// Places in the pixel, with [`LANES`] more of any.
     places: Vec<i32>,
     /// Times and lens places, made when they are first asked for.
@@ -90,6 +93,7 @@ impl RegionSamples {
             grid: pattern.strata().grid,
             tuples: Vec::new(),
             rows: OnceLock::new(),
+            spare: RefCell::default(),
             places: Vec::new(),
             blur: OnceLock::new(),
             steps: Vec::new(),
@@ -126,7 +130,9 @@ impl RegionSamples {
         self.steps.clear();
         let num_steps = MOST_STEPS_PX * num_strata as usize + LANES;
         self.steps.extend((0..num_steps).map(|j| pair((j / num_strata as usize) as i32 * 256, 0)));
-        self.rows.take();
+        if let Some(rows) = self.rows.take().flatten() {
+            self.spare.replace(rows.into_words());
+        }
     }
 
     /// Place of each sample in its pixel as a pair of 16 bits, and 16 more of any.
@@ -159,7 +165,7 @@ impl RegionSamples {
     /// Which pixels hold which tuple of the pattern that these samples are of; nothing where the region is too large.
     #[inline(always)]
     pub(super) fn rows(&self, pattern: &SamplePattern) -> Option<&TupleRows> {
-        self.rows.get_or_init(|| TupleRows::new(pattern, self)).as_ref()
+        self.rows.get_or_init(|| TupleRows::new(pattern, self, self.spare.take())).as_ref()
     }
 
     /// Looks up the set of each tile once.

@@ -74,8 +74,8 @@ pub(super) struct TupleRows {
 }
 
 impl TupleRows {
-    /// The rows of the region of `samples`, unless they are too many.
-    pub fn new(pattern: &SamplePattern, samples: &RegionSamples) -> Option<Self> {
+    /// The rows of the region of `samples`, unless they are too many. `words` is memory to use.
+    pub fn new(pattern: &SamplePattern, samples: &RegionSamples, mut words: Vec<i32>) -> Option<Self> {
         let region = samples.region;
         let num_columns = region.width().div_ceil(WORD_STEP_PX as usize);
         let stride = region.height() + LANES;
@@ -84,7 +84,9 @@ impl TupleRows {
         if of_tuple.checked_mul(num_tuples).is_none_or(|num| num > MOST_WORDS) {
             return None;
         }
-        let mut rows = TupleRows { num_columns, stride, words: vec![0; num_tuples * of_tuple] };
+        words.clear();
+        words.resize(num_tuples * of_tuple, 0);
+        let mut rows = TupleRows { num_columns, stride, words };
         match pattern.tile_rows() {
             Some(tile_rows) => {
                 SimdLevel::best().run_lanes(FromTiles { tile_rows, pattern, samples, rows: &mut rows });
@@ -113,6 +115,11 @@ impl TupleRows {
                 }
             }
         }
+    }
+
+    /// Its memory, for another region's.
+    pub fn into_words(self) -> Vec<i32> {
+        self.words
     }
 
     /// The words of a column, row by row, of the tuple at `place` in the order of time.
@@ -186,7 +193,7 @@ mod tests {
         ] {
             let pattern = SamplePattern::new(PatternSpec { samples, tile, ..PatternSpec::default() });
             let samples = RegionSamples::new(&pattern, region);
-            let rows = TupleRows::new(&pattern, &samples).expect("few");
+            let rows = TupleRows::new(&pattern, &samples, vec![-1; 9999]).expect("few");
             let mut by_samples = TupleRows { words: vec![0; rows.words.len()], ..rows };
             by_samples.add_samples(&pattern, &samples);
             assert_eq!(rows.words, by_samples.words);

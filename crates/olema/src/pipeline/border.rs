@@ -11,7 +11,7 @@ use glam::Vec3;
 use crate::math::Vec3s;
 
 use super::displace::DisplaceContext;
-use super::edges::SideUse;
+use super::edges::{CornerUse, SideUse};
 use super::lattice::Lattice;
 use super::normals::unit_sums;
 use super::patch::{CORNER_UV, side_uv};
@@ -131,7 +131,9 @@ impl Border {
         if let PointRef::Corner(corner) = point
             && !is_broken(context)
         {
-            for user in context.frame.edges.corner_users(corner) {
+            let known = context.frame.edges.corners[corner as usize];
+            let only = [CornerUse { patch: owner, corner: known.corner, sign: context.normal_sign(owner) }];
+            for user in context.frame.edges.corner_users(corner).unwrap_or(&only) {
                 let user_uv = CORNER_UV[user.corner as usize];
                 let (at, sign) = if user.patch == patch && user_uv == own_uv {
                     (vertex, 1.0)
@@ -166,8 +168,10 @@ impl Border {
             let owner = owners[usize::from(2 * numerator(point) > denominator)].patch;
             self.points.push(BorderPoint { vertex, owner, place: NOWHERE, shading_rate });
         }
+        let only = owners.map(|of| SideUse { of, sign: context.normal_sign(of.patch) });
+        let only = if owners[0] == owners[1] { &only[..1] } else { &only };
         // Patch after patch, so that a point's normals are still added in the patches' order.
-        for &SideUse { of: user, sign: sign_elsewhere } in edges.edge_users(edge) {
+        for &SideUse { of: user, sign: sign_elsewhere } in edges.edge_users(edge).unwrap_or(only) {
             let owns = owners.map(|owner| (user.patch, user.side) == (owner.patch, owner.side));
             for (&(vertex, point), ix) in run.iter().zip(first..) {
                 let numerator = numerator(point);

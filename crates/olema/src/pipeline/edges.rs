@@ -129,6 +129,9 @@ pub struct EdgeTable {
     pub corners: Vec<Corner>,
     /// What was measured of them.
     pub known: Known,
+    /// Where the owners' normals stand for all.
+    smooth_edges: Vec<bool>,
+    smooth_corners: Vec<bool>,
     edge_users: Lists<SideUse>,
     corner_users: Lists<CornerUse>,
 }
@@ -171,53 +174,47 @@ impl EdgeTable {
         self.edges.iter().filter(|e| e.users > 1).count()
     }
 
-    /// Notes whose normals meet at each edge and corner, for those who displace: where all agree by the way the surface was
-    /// made, the owners' stand for all. `sign` is that of a primitive's normals.
+    /// Notes whose normals meet at each edge and corner, for those who displace. `sign` is that of a primitive's normals.
     pub fn list_users(&mut self, table: &PatchTable, sign: impl Fn(u32) -> f32 + Copy) {
-        let patches = || table.patches.iter().zip(0u32..);
-        let mut smooth = vec![true; self.edges.len()];
-        let mut smooth_corners = vec![true; self.corners.len()];
+        let EdgeTable { smooth_edges, smooth_corners, .. } = self;
+        *smooth_edges = vec![true; self.edges.len()];
+        *smooth_corners = vec![true; self.corners.len()];
         for patch in &table.patches {
             for ix in 0..4 {
-                smooth[patch.edges[ix].edge as usize] &= patch.smooth.side(ix);
+                smooth_edges[patch.edges[ix].edge as usize] &= patch.smooth.side(ix);
                 smooth_corners[patch.corners[ix] as usize] &= patch.smooth.corner(ix);
             }
         }
-        let (edges, all_corners) = (&self.edges, &self.corners);
-        let (smooth, smooth_corners) = (&smooth, &smooth_corners);
+        let (smooth_edges, smooth_corners) = (&*smooth_edges, &*smooth_corners);
+        let patches = || table.patches.iter().zip(0u32..);
         let sides = patches().flat_map(|(patch, ix)| {
             let sign = sign(patch.primitive);
             let side = move |(used, side): (&EdgeUse, u8)| {
                 (used.edge, SideUse { of: Owner { patch: ix, side, along: used.along }, sign })
             };
-            let owns = move |owner: &Owner, side: u8| (owner.patch, owner.side) == (ix, side);
-            let counts = move |&(used, side): &(&EdgeUse, u8)| {
-                let edge = used.edge as usize;
-                !smooth[edge] || edges[edge].owners.iter().any(|owner| owns(owner, side))
-            };
-            patch.edges.iter().zip(0u8..).filter(counts).map(side)
+            let all = patch.edges.iter().zip(0u8..);
+            all.filter(|(used, _)| !smooth_edges[used.edge as usize]).map(side)
         });
         let corners = patches().flat_map(|(patch, ix)| {
             let sign = sign(patch.primitive);
             let corner = move |(&id, corner): (&u32, u8)| (id, CornerUse { patch: ix, corner, sign });
-            let counts = move |&(&id, corner): &(&u32, u8)| {
-                let known = &all_corners[id as usize];
-                !smooth_corners[id as usize] || (known.owner, known.corner) == (ix, corner)
-            };
-            patch.corners.iter().zip(0u8..).filter(counts).map(corner)
+            let all = patch.corners.iter().zip(0u8..);
+            all.filter(|(id, _)| !smooth_corners[**id as usize]).map(corner)
         });
         self.edge_users = Lists::new(self.edges.len(), sides);
         self.corner_users = Lists::new(self.corners.len(), corners);
     }
 
-    /// Sides along an edge whose normals are added there, in the order of their patches, once [`Self::list_users`] has run.
-    pub fn edge_users(&self, edge: u32) -> &[SideUse] {
-        self.edge_users.get(edge)
+    /// Sides along an edge, in the order of their patches, once [`Self::list_users`] has run; `None` where the owners'
+    /// normals are those of all, by the way the surface was made.
+    pub fn edge_users(&self, edge: u32) -> Option<&[SideUse]> {
+        (!self.smooth_edges[edge as usize]).then(|| self.edge_users.get(edge))
     }
 
-    /// Corners at a corner whose normals are added there, in the order of their patches, once [`Self::list_users`] has run.
-    pub fn corner_users(&self, corner: u32) -> &[CornerUse] {
-        self.corner_users.get(corner)
+    /// Corners at a corner, in the order of their patches, once [`Self::list_users`] has run; `None` where the owner's normal
+    /// is that of all.
+    pub fn corner_users(&self, corner: u32) -> Option<&[CornerUse]> {
+        (!self.smooth_corners[corner as usize]).then(|| self.corner_users.get(corner))
     }
 
     /// Adds a corner of a patch, or lets a known one have it.

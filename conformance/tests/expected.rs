@@ -80,15 +80,17 @@ fn what_faces_the_camera_has_micropolygons_little_larger_than_the_shading_rate()
 
 #[test]
 fn displacement_that_goes_wrong_is_corrected_and_named() {
-    for (fault, word) in [
-        (Fault::NotANumber, "finite"),
-        (Fault::Infinite, "finite"),
-        (Fault::Beyond(3.0), "needed"),
-        (Fault::Huge, "needed"),
+    for (fault, bound, word) in [
+        (Fault::NotANumber, 0.1, "finite"),
+        (Fault::Infinite, 0.1, "finite"),
+        // A bound whose square is not finite in single precision.
+        (Fault::Infinite, 1e25, "finite"),
+        (Fault::Beyond(3.0), 0.1, "needed"),
+        (Fault::Huge, 0.1, "needed"),
     ] {
         let mut scene = scenes::mesh(conformance::shapes::cube());
         let mut attributes = (*scene.primitives[0].attributes).clone();
-        attributes.displacement_bound = 0.1;
+        attributes.displacement_bound = bound;
         attributes.displacement = Some(Arc::new(BadDisplacement {
             fault,
             amplitude: 0.1,

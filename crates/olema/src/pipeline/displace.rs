@@ -2,9 +2,9 @@
 //!
 //! In: points of patches. Out: their positions in camera space. A point on a welded edge or corner is asked for on its
 //! owner, with inputs that are functions of the edge alone: the owner's texture coordinates, the sum of the normals of
-//! all patches that meet there ([`border`](super::border); where all are the same, the owner's), and a filter width that follows from the place and the
-//! edge's finest rate. Whoever dices it gets the same bits. The points go through the shaders in
-//! [`moving`](super::moving).
+//! all patches that meet there ([`border`](super::border); where all are the same, the owner's), and a filter width that
+//! follows from the place and the edge's finest rate. Whoever dices it gets the same bits. The points go through the
+//! shaders in [`moving`](super::moving).
 
 use std::cell::RefCell;
 use std::sync::Arc;

@@ -347,8 +347,9 @@ impl DisplaceContext<'_, '_> {
     fn check(&self, primitive: u32, displacer: &Displacer, offsets: &mut Vec3s) {
         // A shader that keeps its word to the last bit may still be a rounding beyond it.
         let most = f64::from(displacer.bound) * 1.00001;
-        // In single precision first, with room for its roundings.
-        let surely = (most * most * 0.999_99) as f32;
+        // In single precision first, with room for its roundings, where a square neither vanishes nor is infinite.
+        let square = (most * most * 0.999_99).min(f32::MAX.into()) as f32;
+        let surely = if square >= f32::MIN_POSITIVE { square } else { -1.0 };
         let num_within = self.frame.surfaces.level.run(
             #[inline(always)]
             || {

@@ -30,16 +30,14 @@ impl Found {
     fn look(&mut self, scene: &Scene) {
         let rate = Fineness { shading_rate: 1.0, motion_factor: 0.0, focus_factor: 0.0 };
         let (mut table, _) = patchify(scene, &KeyTimes::still(scene));
-        let edges = connect(&mut table, &vec![rate; scene.primitives.len()]);
+        let mut edges = connect(&mut table, &vec![rate; scene.primitives.len()]);
+        edges.list_users(&table, |_| 1.0);
         let surfaces = Surfaces::new(&table);
         let (mut at_edges, mut at_corners) =
             (vec![Vec::new(); edges.edges.len()], vec![Vec::new(); edges.corners.len()]);
-        let mut is_smooth = [vec![true; edges.edges.len()], vec![true; edges.corners.len()]];
         for (ix, patch) in (0u32..).zip(&table.patches) {
             for (n, corner_uv) in CORNER_UV.into_iter().enumerate() {
                 let (used, corner) = (patch.edges[n], patch.corners[n] as usize);
-                is_smooth[0][used.edge as usize] &= patch.smooth.side(n);
-                is_smooth[1][corner] &= patch.smooth.corner(n);
                 for numerator in [3, 8, 13].into_iter().filter(|&n| used.along.has(n, 16)) {
                     let (along, denominator) = used.along.own(numerator, 16);
                     let uv = side_uv(n, parameter(along, denominator));
@@ -48,15 +46,15 @@ impl Found {
                 at_corners[corner].push(surfaces.normal(ix, 0, corner_uv).to_array());
             }
         }
-        for (normals, &is_smooth) in at_edges.iter().zip(&is_smooth[0]) {
+        for (normals, edge) in at_edges.iter().zip(0..) {
             for place in [3, 8, 13] {
                 let there: Vec<_> =
                     normals.iter().filter(|(n, _)| *n == place).map(|(_, normal)| *normal).collect();
-                self.add(0, is_smooth, &there);
+                self.add(0, edges.edge_users(edge).is_none(), &there);
             }
         }
-        for (normals, &is_smooth) in at_corners.iter().zip(&is_smooth[1]) {
-            self.add(1, is_smooth, normals);
+        for (normals, corner) in at_corners.iter().zip(0..) {
+            self.add(1, edges.corner_users(corner).is_none(), normals);
         }
     }
 }

@@ -6,7 +6,7 @@
 //! "A Cellular Texture Basis Function", SIGGRAPH 1996.
 
 use super::hash::hash32;
-use super::reduce::ROUND;
+use super::reduce::floor;
 
 /// Points beyond this many cells from the origin are taken as this far: one cell is still told from the next.
 const FARTHEST: f64 = (1u64 << 50) as f64;
@@ -25,11 +25,8 @@ const TO_UNIT: f32 = 0.9649;
 #[allow(clippy::manual_clamp)] // In this order not-a-number becomes a number too.
 pub(super) fn cell(x: f64) -> (u32, f32) {
     let x = x.max(-FARTHEST).min(FARTHEST);
-    let biased = x + ROUND;
-    let nearest = biased - ROUND;
-    let above = nearest > x;
-    let floor = if above { nearest - 1.0 } else { nearest };
-    ((biased.to_bits() as u32).wrapping_sub(u32::from(above)), (x - floor) as f32)
+    let (ix, floor) = floor(x);
+    (ix, (x - floor) as f32)
 }
 
 /// Hash of a lattice point, of which x and the seed were hashed already.

@@ -18,13 +18,15 @@ pub(super) struct Reduced {
 /// Adding and subtracting it rounds a double below 2^51 to an integer; the sum's low bits are the integer.
 pub(super) const ROUND: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
 
-/// The integer part of x, which is 0 or above and below 2^31; of anything else, any number. A cast would give a number for
-/// anything else, too, one lane after the other.
+/// The integer that x is rounded down to, modulo 2^32 and as a double. x is below 2^51 either way; of anything else, any
+/// number. A cast would go one lane after the other.
 #[inline(always)]
-pub(crate) fn whole(x: f64) -> i32 {
+pub(crate) fn floor(x: f64) -> (u32, f64) {
     let biased = x + ROUND;
-    let is_above = biased - ROUND > x;
-    (biased.to_bits() as u32).wrapping_sub(u32::from(is_above)) as i32
+    let nearest = biased - ROUND;
+    let is_above = nearest > x;
+    let floor = if is_above { nearest - 1.0 } else { nearest };
+    ((biased.to_bits() as u32).wrapping_sub(u32::from(is_above)), floor)
 }
 
 const TWO_OVER_PI: f64 = std::f64::consts::FRAC_2_PI;

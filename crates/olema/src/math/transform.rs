@@ -45,28 +45,32 @@ fn turned([x, y, z]: &[[f32; 4]; 3], from: &[[f32; LANES]; 3]) -> [[f32; LANES];
     to
 }
 
+/// `matrix` times points.
+#[inline(always)]
+pub(crate) fn placed(matrix: &Mat4, from: &[[f32; LANES]; 3]) -> [[f32; LANES]; 3] {
+    let (mut to, origin) = (turned(&columns(matrix), from), matrix.w_axis.to_array());
+    for axis in 0..3 {
+        for lane in 0..LANES {
+            to[axis][lane] += origin[axis];
+        }
+    }
+    to
+}
+
 /// Columns of a matrix, without its translation.
+#[inline(always)]
 fn columns(matrix: &Mat4) -> [[f32; 4]; 3] {
     [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.to_array())
 }
 
 /// Replaces `to` by `matrix` times the points `from`.
 pub fn points(level: SimdLevel, matrix: &Mat4, from: &Vec3s, to: &mut Vec3s) {
-    let (columns, origin) = (columns(matrix), matrix.w_axis.to_array());
     map(
         level,
         from,
         to,
         #[inline(always)]
-        |from| {
-            let mut to = turned(&columns, from);
-            for axis in 0..3 {
-                for lane in 0..LANES {
-                    to[axis][lane] += origin[axis];
-                }
-            }
-            to
-        },
+        |from| placed(matrix, from),
     );
 }
 

@@ -122,19 +122,14 @@ fn axes(points: &[[f32; LANES]; 3]) -> [Vec3; 3] {
         if diagonal == Vec3::ZERO { farthest_two(points) } else { [diagonal + other, diagonal - other] };
     let is_longer = sides[0].length_squared() >= sides[1].length_squared();
     let [long, short] = if is_longer { sides } else { [sides[1], sides[0]] };
-    let along = unit_or(long, Vec3::X);
+    let along = long.normalize_or(Vec3::X);
     let off = short - along * along.dot(short);
     let off = off - along * along.dot(off);
-    let across = unit_or(off, Vec3::ZERO);
-    let across = if across == Vec3::ZERO { along.any_orthonormal_vector() } else { across };
+    let across = off.try_normalize().unwrap_or_else(
+        #[inline(always)]
+        || along.any_orthonormal_vector(),
+    );
     [along, across, along.cross(across)]
-}
-
-/// A vector of unit length, or `other` where it has no direction.
-#[inline(always)]
-fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
-    let inverse = 1.0 / v.length();
-    if inverse.is_finite() && inverse > 0.0 { v * inverse } else { other }
 }
 
 /// One of some vectors.

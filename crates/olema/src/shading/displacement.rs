@@ -8,8 +8,8 @@ use std::fmt::Debug;
 
 use glam::Mat4;
 
-use crate::math::Vec3s;
 use crate::math::simd::LANES;
+use crate::math::{Vec3s, transform};
 
 /// The points to move, one entry a point in every array; all in object space.
 #[derive(Debug, Clone, Default)]
@@ -52,16 +52,10 @@ impl Balls {
     #[inline(always)]
     pub fn moved(&self, to_other: &Mat4, stretch: f32) -> Self {
         let rounding = ROUNDING * to_other.w_axis.truncate().length();
-        let mut moved = Balls { radius: self.radius * stretch * 1.00001 + rounding, ..*self };
-        let [x, y, z, origin] =
-            [to_other.x_axis, to_other.y_axis, to_other.z_axis, to_other.w_axis].map(|axis| axis.to_array());
-        for axis in 0..3 {
-            for ball in 0..LANES {
-                let [px, py, pz] = [self.centers[0][ball], self.centers[1][ball], self.centers[2][ball]];
-                moved.centers[axis][ball] = x[axis] * px + y[axis] * py + z[axis] * pz + origin[axis];
-            }
+        Balls {
+            centers: transform::placed(to_other, &self.centers),
+            radius: self.radius * stretch * 1.00001 + rounding,
         }
-        moved
     }
 }
 

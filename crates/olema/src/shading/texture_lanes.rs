@@ -7,7 +7,7 @@
 
 use super::texture::{EDGE, Level, TextureImage};
 use crate::math::function;
-use crate::math::reduce::whole;
+use crate::math::reduce::floor;
 use crate::math::simd::LANES;
 
 /// The first of three texels around a place along one side, and their weights, by number and lane.
@@ -28,7 +28,7 @@ impl TextureImage {
             let texels = (width[0][lane] * columns).max(width[1][lane] * rows);
             let log = function::log2(texels).min(last);
             let lod = if texels > 1.0 { log } else { 0.0 };
-            level[lane] = whole(f64::from(lod)) as u32;
+            level[lane] = floor(f64::from(lod)).0;
             part[lane] = lod - level[lane] as i32 as f32;
             is_between |= part[lane] > 0.0;
         }
@@ -104,7 +104,7 @@ impl Taps {
             let along = (place[lane] - place[lane].floor()) * f64::from(len);
             // 0 for what is no number.
             let along = if along > 0.0 { along } else { 0.0 };
-            let ix = whole(along).min(len as i32 - 1);
+            let ix = (floor(along).0 as i32).min(len as i32 - 1);
             taps.first[lane] = ix as u32;
             f[lane] = (along - f64::from(ix)) as f32 - 0.5;
         }

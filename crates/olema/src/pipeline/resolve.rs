@@ -8,6 +8,7 @@
 use glam::Vec4;
 
 use crate::image::Filter;
+use crate::math::simd::SimdLevel;
 use crate::sampling::inside::Weights;
 use crate::sampling::{Payload, Record, Region, RegionSamples, SamplePattern};
 use crate::scene::ShadingInterpolation;
@@ -81,7 +82,7 @@ impl SampleColors {
         for record in records {
             let Some((grid, colors)) = slots.surface(record.hit.payload) else { continue };
             used.insert(grid, record.hit.payload);
-            let color = SlotColors::of(Some((grid, colors))).at(record.hit.payload, record.hit.weights);
+            let color = SlotColors::of(Some((grid, colors))).at(record.hit.payload, record.hit.weights.get());
             let opacity = &colors.opacity;
             let opacity = if opacity.is_empty() { [1.0; 3] } else { mix(grid, opacity.axes(), &record.hit) };
             let sample = &mut self.in_front[record.sample_ix as usize];
@@ -108,31 +109,41 @@ impl SampleColors {
 
     /// Puts the nearest opaque surfaces behind everything.
     fn composite_opaque(&mut self, buffers: &TileBuffers, looked_up: &[SlotColors]) {
-        self.rgba.clear();
         self.is_hit.clear();
-        let (_, payloads, _) = buffers.nearest.lists(0..buffers.nearest.len());
+        let (_, payloads, weights) = buffers.nearest.lists(0..buffers.nearest.len());
         let is_hit = |pixel: &[i32]| pixel.iter().any(|&payload| Payload(payload as u32) != Payload::NONE);
         let pixels = payloads.chunks_exact(buffers.nearest.samples_per_pixel());
         self.is_hit.extend(pixels.map(|pixel| !self.in_front.is_empty() || is_hit(pixel)));
-        let opaque = buffers.nearest.records().map(|record| {
-            if record.is_none() {
-                return Vec4::ZERO;
-            }
-            let slot = &looked_up[record.payload.slot() as usize];
-            slot.at(record.payload, record.weights).with_w(slot.covers as f32)
-        });
+        self.rgba.resize(payloads.len(), Vec4::ZERO);
+        let samples =
+            self.rgba.chunks_mut(UNPACKED).zip(payloads.chunks(UNPACKED)).zip(weights.chunks(UNPACKED));
+        SimdLevel::best().run(
+            #[inline(always)]
+            || {
+                let mut unpacked = [[0.0f32; 3]; UNPACKED];
+                for ((rgba, payloads), weights) in samples {
+                    unpack(weights, &mut unpacked);
+                    for ((rgba, &payload), &weights) in rgba.iter_mut().zip(payloads).zip(&unpacked) {
+                        let payload = Payload(payload as u32);
+                        *rgba = Vec4::ZERO;
+                        if payload != Payload::NONE {
+                            let slot = &looked_up[payload.slot() as usize];
+                            *rgba = slot.at(payload, weights).with_w(slot.covers as f32);
+                        }
+                    }
+                }
+            },
+        );
         if self.in_front.is_empty() {
-            self.rgba.extend(opaque);
             return;
         }
         self.depth.clear();
         self.depth.extend_from_slice(buffers.nearest.depths());
-        let samples = self.in_front.iter_mut().zip(opaque).zip(&mut self.depth);
-        self.rgba.extend(samples.map(|((sample, rgba), depth)| {
+        for ((sample, rgba), depth) in self.in_front.iter_mut().zip(&mut self.rgba).zip(&mut self.depth) {
             sample.behind(rgba.truncate().to_array(), [rgba.w; 3], *depth);
             *depth = sample.depth;
-            Vec4::from_array(sample.rgba())
-        }));
+            *rgba = Vec4::from_array(sample.rgba());
+        }
     }
 
     /// Filters the pixels of `interior`, which lie in the larger region of the samples.
@@ -140,14 +151,21 @@ impl SampleColors {
         let depth = if self.in_front.is_empty() { buffers.nearest.depths() } else { &self.depth };
         let (samples, is_hit) = (&buffers.samples, &self.is_hit[..]);
         let filtered = Filtered { table, samples, depth, rgba: &self.rgba, is_hit };
-        for py in interior.y0..interior.y1 {
-            let mut px = interior.x0;
-            while px + TOGETHER as i32 <= interior.x1 {
-                pixels.extend(filtered.pixels::<TOGETHER>(px, py));
-                px += TOGETHER as i32;
-            }
-            pixels.extend((px..interior.x1).flat_map(|px| filtered.pixels::<1>(px, py)));
-        }
+        SimdLevel::best().run(
+            #[inline(always)]
+            || {
+                for py in interior.y0..interior.y1 {
+                    let mut px = interior.x0;
+                    while px + TOGETHER as i32 <= interior.x1 {
+                        pixels.extend_from_slice(&filtered.pixels::<TOGETHER>(px, py));
+                        px += TOGETHER as i32;
+                    }
+                    for px in px..interior.x1 {
+                        pixels.extend_from_slice(&filtered.pixels::<1>(px, py));
+                    }
+                }
+            },
+        );
     }
 }
 
@@ -157,25 +175,46 @@ fn mean_pixels(buffers: &TileBuffers, looked_up: &[SlotColors], interior: Region
     let nearest = &buffers.nearest;
     let per_pixel = nearest.samples_per_pixel();
     let scale = 1.0 / per_pixel as f32;
-    for py in interior.y0..interior.y1 {
-        let first = nearest.region().pixel_ix(interior.x0, py) * per_pixel;
-        let row = first..first + interior.width() * per_pixel;
-        let (depths, payloads, weights) = nearest.lists(row);
-        let samples = payloads.chunks_exact(per_pixel).zip(weights.chunks_exact(per_pixel));
-        pixels.extend(samples.zip(depths.chunks_exact(per_pixel)).map(|((payloads, weights), depths)| {
-            let (mut sum, mut covered) = (Vec4::ZERO, 0);
-            for (&payload, &weights) in payloads.iter().zip(weights) {
-                let payload = Payload(payload as u32);
-                // Nothing adds nothing.
-                if payload != Payload::NONE {
-                    let slot = &looked_up[payload.slot() as usize];
-                    sum += slot.at(payload, Weights(weights as u32));
-                    covered += slot.covers;
+    let some = (UNPACKED / per_pixel).max(1) * per_pixel;
+    let mut unpacked = vec![[0.0f32; 3]; some];
+    SimdLevel::best().run(
+        #[inline(always)]
+        || {
+            for py in interior.y0..interior.y1 {
+                let first = nearest.region().pixel_ix(interior.x0, py) * per_pixel;
+                let (depths, payloads, weights) = nearest.lists(first..first + interior.width() * per_pixel);
+                let row = payloads.chunks(some).zip(weights.chunks(some)).zip(depths.chunks(some));
+                for ((payloads, packed), depths) in row {
+                    unpack(packed, &mut unpacked);
+                    let samples = payloads.chunks_exact(per_pixel).zip(unpacked.chunks_exact(per_pixel));
+                    for ((payloads, weights), depths) in samples.zip(depths.chunks_exact(per_pixel)) {
+                        let (mut sum, mut covered) = (Vec4::ZERO, 0);
+                        for (&payload, &weights) in payloads.iter().zip(weights) {
+                            let payload = Payload(payload as u32);
+                            // Nothing adds nothing.
+                            if payload != Payload::NONE {
+                                let slot = &looked_up[payload.slot() as usize];
+                                sum += slot.at(payload, weights);
+                                covered += slot.covers;
+                            }
+                        }
+                        let [r, g, b, _] = (sum * scale).to_array();
+                        pixels.push([r, g, b, covered as f32 * scale, least(depths)]);
+                    }
                 }
             }
-            let [r, g, b, _] = (sum * scale).to_array();
-            [r, g, b, covered as f32 * scale, least(depths)]
-        }));
+        },
+    );
+}
+
+/// Samples whose weights are unpacked at a time, about: that goes in lanes, while their colours are looked up one by one.
+const UNPACKED: usize = 256;
+
+/// Unpacks weights, of at most as many as there is room for.
+#[inline(always)]
+fn unpack(packed: &[i32], unpacked: &mut [[f32; 3]]) {
+    for (to, &packed) in unpacked.iter_mut().zip(packed) {
+        *to = Weights(packed as u32).get();
     }
 }
 
@@ -216,7 +255,7 @@ impl<'a> SlotColors<'a> {
 
     /// The colour where a micropolygon was hit: that of its first vertex, or interpolated. Its fourth component is 0.
     #[inline(always)]
-    fn at(&self, payload: Payload, weights: Weights) -> Vec4 {
+    fn at(&self, payload: Payload, [w0, w1, w2]: [f32; 3]) -> Vec4 {
         let micropolygon = payload.micropolygon();
         // Right for up to 2^12 micropolygons. Corners as in `Grid::corners` and `triangles`.
         let row = (u64::from(micropolygon) * u64::from(self.rows)) >> 24;
@@ -224,10 +263,10 @@ impl<'a> SlotColors<'a> {
         if self.is_flat {
             return self.colors.get(v0).copied().unwrap_or(Vec4::ZERO);
         }
-        let across = v0 + columns + 2;
-        let [v1, v2] = if payload.triangle() == 0 { [v0 + 1, across] } else { [across, across - 1] };
-        let [w0, w1, w2] = weights.get();
-        self.colors[v0] * w0 + self.colors[v1] * w1 + self.colors[v2] * w2
+        // From the first corner to the one across; one check for all four.
+        let (corners, across) = (&self.colors[v0..v0 + columns + 3], columns + 2);
+        let [v1, v2] = if payload.triangle() == 0 { [1, across] } else { [across, across - 1] };
+        corners[0] * w0 + corners[v1] * w1 + corners[v2] * w2
     }
 }
 
@@ -337,6 +376,7 @@ struct Filtered<'a> {
 
 impl Filtered<'_> {
     /// `NUM` pixels of a row from (px, py) on.
+    #[inline(always)]
     fn pixels<const NUM: usize>(&self, px: i32, py: i32) -> [Pixel; NUM] {
         let Filtered { table, samples, depth, rgba, .. } = self;
         if table.is_positive && !self.is_any_hit(px, py, NUM) {
@@ -348,31 +388,44 @@ impl Filtered<'_> {
         for y in -table.radius[1]..=table.radius[1] {
             for x in -table.radius[0]..=table.radius[0] {
                 let first = samples.region.pixel_ix(px + x, py + y) * per_pixel;
-                let (tuples, rgba) = (&samples.tuples[first..], &rgba[first..]);
-                let (tuples, rgba) = (&tuples[..NUM * per_pixel], &rgba[..NUM * per_pixel]);
-                let mut add = |i: usize, j: usize, weight: f32| {
-                    totals[i] += weight;
-                    sums[i] += rgba[i * per_pixel + j] * weight;
-                };
+                // Of one length: a sample is checked once for all.
+                let mut of_pixel =
+                    [(&samples.tuples[first..][..per_pixel], &rgba[first..][..per_pixel]); NUM];
+                for (i, of) in of_pixel.iter_mut().enumerate() {
+                    let first = first + i * per_pixel;
+                    *of = (&samples.tuples[first..][..per_pixel], &rgba[first..][..per_pixel]);
+                }
                 if let Some((weights, counted)) = table.of_offset([x, y]) {
                     // What has no weight adds nothing.
-                    for j in counted.iter().map(|&j| usize::from(j)) {
-                        (0..NUM).for_each(|i| add(i, j, weights[tuples[i * per_pixel + j] as usize]));
+                    for &j in counted {
+                        for i in 0..NUM {
+                            let (tuples, rgba) = of_pixel[i];
+                            let weight = weights[tuples[usize::from(j)] as usize];
+                            totals[i] += weight;
+                            sums[i] += rgba[usize::from(j)] * weight;
+                        }
                     }
                 } else {
                     for j in 0..per_pixel {
-                        (0..NUM).for_each(|i| add(i, j, table.compute(tuples[i * per_pixel + j], [x, y])));
+                        for i in 0..NUM {
+                            let (tuples, rgba) = of_pixel[i];
+                            let weight = table.compute(tuples[j], [x, y]);
+                            totals[i] += weight;
+                            sums[i] += rgba[j] * weight;
+                        }
                     }
                 }
             }
         }
         let first = samples.region.pixel_ix(px, py) * per_pixel;
-        std::array::from_fn(|i| {
+        let mut pixels = [[0.0; 5]; NUM];
+        for (i, pixel) in pixels.iter_mut().enumerate() {
             let depth = least(&depth[first + i * per_pixel..first + (i + 1) * per_pixel]);
             let scale = if totals[i] == 0.0 { 0.0 } else { 1.0 / totals[i] };
             let [r, g, b, a] = (sums[i] * scale).to_array();
-            [r, g, b, a, depth]
-        })
+            *pixel = [r, g, b, a, depth];
+        }
+        pixels
     }
 
     /// Whether anything was hit in the pixels that `num` pixels of a row from (px, py) on are filtered from.

@@ -56,7 +56,7 @@ impl Weights {
     #[inline(always)]
     pub fn get(self) -> [f32; 3] {
         let [b1, b2] = [self.0 & 0xffff, self.0 >> 16];
-        [0x1_0000 - (b1 + b2).min(0x1_0000), b1, b2].map(|part| part as f32 * (1.0 / WEIGHT_PARTS))
+        [0x1_0000 - (b1 + b2).min(0x1_0000), b1, b2].map(|part| part as i32 as f32 * (1.0 / WEIGHT_PARTS))
     }
 }
 

@@ -7,6 +7,7 @@ mod bench;
 mod cache;
 mod filed;
 mod frame;
+mod laps;
 mod output;
 mod queue;
 mod tile;

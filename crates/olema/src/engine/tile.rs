@@ -25,10 +25,11 @@ use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
 use crate::settings::Shade;
 use crate::stats::Stats;
 
+use super::Hooks;
 use super::cache::{GridCache, Lookup};
 use super::filed::Filed;
 use super::frame::FrameData;
-use super::{Hooks, Stopwatch};
+use super::laps::{Laps, Stage};
 
 /// Bytes of a vertex's shading variables and colours, and of its place at one motion key.
 const VERTEX_BYTES: u64 = 4 * 12 + 6 * 4 + 16;
@@ -44,6 +45,7 @@ pub(super) struct TileWorker<'a> {
     filed: &'a Filed,
     cache: &'a GridCache,
     hooks: &'a Hooks<'a>,
+    laps: Laps<'a>,
     buffers: TileBuffers,
     /// What is known to be hidden; `None` where nobody asks.
     occluders: Option<Occluders>,
@@ -86,6 +88,7 @@ impl<'a> TileWorker<'a> {
             filed,
             cache,
             hooks,
+            laps: Laps::new(hooks),
             buffers,
             occluders: frame.cull.as_ref().map(Occluders::new),
             colors: SampleColors::default(),
@@ -116,16 +119,20 @@ impl<'a> TileWorker<'a> {
         };
         self.finish(pixels);
         self.cache.finished(tile);
+        self.enter(Stage::Other);
         drawn
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        self.laps.enter(stage, &mut self.stats.seconds);
     }
 
     /// Draws a part of a tile, in quarters where it has too many grids.
     fn draw_region(&mut self, tile: usize, interior: Region, pixels: &mut Vec<Pixel>) -> Result<(), Error> {
         match self.passes(tile, interior) {
             Ok(()) => {
-                let watch = Stopwatch::new(self.hooks);
+                self.enter(Stage::Resolve);
                 self.colors.resolve(&self.buffers, &self.frame.filter, interior, pixels);
-                self.stats.seconds.resolve += watch.seconds();
                 Ok(())
             }
             Err(Stop::Cancelled) => Err(Error::Cancelled),
@@ -152,6 +159,7 @@ impl<'a> TileWorker<'a> {
     /// Draws everything, again as long as transparent records did not fit.
     fn passes(&mut self, tile: usize, interior: Region) -> Result<(), Stop> {
         let region = self.frame.tiles.sample_region(interior);
+        self.enter(Stage::Sample);
         self.buffers.samples.renew(&self.frame.pattern, region);
         self.buffers.nearest.renew(region);
         self.buffers.transparent.renew();
@@ -169,9 +177,8 @@ impl<'a> TileWorker<'a> {
         loop {
             self.buffers.transparent.begin_pass();
             self.pass(tile, region)?;
-            let watch = Stopwatch::new(self.hooks);
+            self.enter(Stage::Resolve);
             self.colors.composite_pass(&mut self.buffers);
-            self.stats.seconds.resolve += watch.seconds();
             if !self.buffers.transparent.needs_another_pass() {
                 break;
             }
@@ -194,9 +201,8 @@ impl<'a> TileWorker<'a> {
         }
         let way = self.frame.settings.shade;
         let colors = (way == Shade::All || !grid.surely_opaque).then(|| self.shade_all(&grid));
-        let watch = Stopwatch::new(self.hooks);
+        self.enter(Stage::Sample);
         let drawn = self.buffers.draw(&self.frame.draw_context(), &grid, colors.as_ref());
-        self.stats.seconds.sample += watch.seconds();
         let Some(slot) = drawn.map_err(|_| Stop::SlotsFull)? else {
             drop(colors);
             self.workspace.borrow_mut().let_go(grid);
@@ -213,16 +219,15 @@ impl<'a> TileWorker<'a> {
     }
 
     fn shade_all(&mut self, grid: &ShadedGrid) -> Arc<Colors> {
-        let watch = Stopwatch::new(self.hooks);
+        self.enter(Stage::Shade);
         let (colors, count) = grid.shade_all(self.frame.shader(grid.grid.key.primitive as usize));
         self.count_shaded(count);
-        self.stats.seconds.shade += watch.seconds();
         colors
     }
 
     /// Shades what visible micropolygons use, as far as it is not yet.
     fn shade_used(&mut self) {
-        let watch = Stopwatch::new(self.hooks);
+        self.enter(Stage::Shade);
         self.buffers.note_used();
         let used = std::mem::take(&mut self.buffers.used);
         for slot in used.slots() {
@@ -245,7 +250,6 @@ impl<'a> TileWorker<'a> {
             }
         }
         self.buffers.used = used;
-        self.stats.seconds.shade += watch.seconds();
     }
 
     fn count_shaded(&mut self, count: ShadedCount) {
@@ -258,6 +262,7 @@ impl<'a> TileWorker<'a> {
         let PieceKind::Lattice { i, j, .. } = piece.kind else {
             unreachable!("only pieces with a lattice are diced");
         };
+        self.enter(Stage::Dice);
         let Some(last_tile) = self.frame.last_of_several_tiles(sweep) else {
             return self.make(piece, false);
         };
@@ -275,7 +280,6 @@ impl<'a> TileWorker<'a> {
 
     fn make(&mut self, piece: &Piece, again: bool) -> Arc<ShadedGrid> {
         let frame = self.frame;
-        let watch = Stopwatch::new(self.hooks);
         let primitive_ix = frame.patches.patches[piece.patch as usize].primitive as usize;
         let context = &self.context;
         let diced = dice(&frame.displace_context(context, &self.corrections, &self.workspace), piece);
@@ -289,7 +293,6 @@ impl<'a> TileWorker<'a> {
         stats.eye_edges += piece.sides.iter().filter(|side| context.stops_at_eye(side)).count() as u64;
         count_areas(context.surfaces.level, &diced.grid, &mut stats.area_histogram);
         let grid = ShadedGrid::new(diced, frame.shader(primitive_ix).surface);
-        stats.seconds.dice += watch.seconds();
         Arc::new(grid)
     }
 

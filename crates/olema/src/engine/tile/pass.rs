@@ -10,9 +10,9 @@ use crate::pipeline::sweep::Sweep;
 use crate::sampling::Region;
 use crate::stats::{Occlusion, OcclusionAt};
 
-use super::super::Stopwatch;
 use super::super::filed::Source;
 use super::super::frame::{MOST_AT_EYE, count_unseen, weight_at_eye};
+use super::super::laps::Stage;
 use super::super::queue::{Queue, Work};
 use super::{Stop, TileWorker};
 
@@ -28,6 +28,7 @@ impl TileWorker<'_> {
         let mut queue = Queue::new(self.filed, tile);
         let (mut drawn, mut at_eye) = (0, 0);
         while let Some(work) = queue.pop() {
+            self.enter(Stage::Split);
             if self.hooks.is_cancelled() {
                 return Err(Stop::Cancelled);
             }
@@ -52,7 +53,7 @@ impl TileWorker<'_> {
                 }
                 continue;
             }
-            let watch = Stopwatch::new(self.hooks);
+            self.enter(Stage::Split);
             let fate = match &work {
                 Work::Filed(ix) => self.context.fate(&self.filed_piece(*ix)),
                 Work::Piece(bounded) => self.context.fate(&bounded.0),
@@ -66,10 +67,8 @@ impl TileWorker<'_> {
                             queue.push(half, bounds);
                         }
                     }
-                    self.stats.seconds.split += watch.seconds();
                 }
                 Fate::Dice(piece) => {
-                    self.stats.seconds.split += watch.seconds();
                     self.draw_piece(&piece, &bounds.sweep)?;
                     drawn += 1;
                     if drawn % DRAWN_BETWEEN_CLEANUPS == 0 {
@@ -90,13 +89,6 @@ impl TileWorker<'_> {
 
     /// Where a filed piece can be, if it can be seen in `region`.
     fn bounds_of_filed(&mut self, ix: u32, region: &Region) -> Option<Bound> {
-        let watch = Stopwatch::new(self.hooks);
-        let bounds = self.found_of_filed(ix, region);
-        self.stats.seconds.split += watch.seconds();
-        bounds
-    }
-
-    fn found_of_filed(&mut self, ix: u32, region: &Region) -> Option<Bound> {
         let entry = self.filed.entry(ix);
         let patch = match entry.source {
             Source::Patch(patch) => patch,
@@ -143,13 +135,12 @@ impl TileWorker<'_> {
 
     fn is_hidden(&mut self, sweep: &Sweep, place: fn(&mut Occlusion) -> &mut OcclusionAt) -> bool {
         let Some(occluders) = &mut self.occluders else { return false };
-        let watch = Stopwatch::new(self.hooks);
+        self.laps.enter(Stage::Cull, &mut self.stats.seconds);
         let at = place(&mut self.stats.occlusion);
         let TileBuffers { samples, nearest, .. } = &mut self.buffers;
         let is_hidden = occluders.is_occluded(samples, nearest, |range| sweep.over(range), &mut at.reads);
         at.queries += 1;
         at.hidden += u64::from(is_hidden);
-        self.stats.seconds.cull += watch.seconds();
         is_hidden
     }
 }

@@ -143,6 +143,25 @@ const MOST_LAID: u64 = 1 << 16;
 /// Entries up to which permutations are stored instead of computed (1 MiB in both directions together).
 const STORED: u64 = 1 << 18;
 
+/// Copies a list into one of the same length. There are many of them, of a few lengths: a call for each costs more than
+/// copying it.
+#[inline(always)]
+fn copy_short<T: Copy>(from: &[T], to: &mut [T]) {
+    fn copy<T: Copy, const N: usize>(from: &[T], to: &mut [T]) -> Option<()> {
+        *to.first_chunk_mut::<N>()? = *from.first_chunk::<N>()?;
+        Some(())
+    }
+    let copied = match to.len() {
+        8 => copy::<T, 8>(from, to),
+        16 => copy::<T, 16>(from, to),
+        32 => copy::<T, 32>(from, to),
+        _ => None,
+    };
+    if copied.is_none() {
+        to.copy_from_slice(from);
+    }
+}
+
 #[derive(Debug, Clone)]
 enum Permutations {
     /// At ((set * M + stratum) * K^2 + i): `[rank of pixel i, pixel of rank i]`.
@@ -277,17 +296,19 @@ impl SamplePattern {
         (px * 256 + i32::from(tuple.x), py * 256 + i32::from(tuple.y))
     }
 
-    /// Tuples of the samples of a pixel of a tile under a set, and their places as pairs of 16 bits.
+    /// Tuples of the samples of a pixel of a tile under a set, and of the next ones in its row, and their places as pairs
+    /// of 16 bits: of as many pixels as the lists have room for.
     #[inline(always)]
-    pub(super) fn lay_pixel(&self, [set, pixel]: [u32; 2], tuples: &mut [u32], places: &mut [i32]) {
-        let first = (set * self.num_ranks() + pixel) as usize * tuples.len();
+    pub(super) fn lay_pixels(&self, [set, pixel]: [u32; 2], tuples: &mut [u32], places: &mut [i32]) {
+        let first = (set * self.num_ranks() + pixel) as usize * self.samples_per_pixel() as usize;
         let laid = first..first + tuples.len();
         if let (Some(of), Some(at)) = (self.laid.0.get(laid.clone()), self.laid.1.get(laid)) {
-            tuples.copy_from_slice(of);
-            places.copy_from_slice(at);
+            copy_short(of, tuples);
+            copy_short(at, places);
         } else {
+            let laid = (pixel..).flat_map(|pixel| self.lay_out(set, pixel));
             let to = tuples.iter_mut().zip(places);
-            to.zip(self.lay_out(set, pixel)).for_each(|((tuple, place), laid)| (*tuple, *place) = laid);
+            to.zip(laid).for_each(|((tuple, place), laid)| (*tuple, *place) = laid);
         }
     }
 

@@ -115,15 +115,18 @@ impl RegionSamples {
         let (len, num) = (region.num_pixels() * num_strata as usize, num_strata as usize);
         self.tuples.resize(len, 0);
         self.places.resize(len + LANES, 0);
-        let mut pixels = self.tuples.chunks_exact_mut(num).zip(self.places.chunks_exact_mut(num));
-        let sets = |px: i32, py: i32| {
-            let [x, y] = [px.div_euclid(k) - self.first_tile[0], py.div_euclid(k) - self.first_tile[1]];
-            self.sets[y as usize * self.tiles_across + x as usize]
-        };
-        for py in region.y0..region.y1 {
-            for (px, (tuples, places)) in (region.x0..region.x1).zip(&mut pixels) {
-                let pixel = (py.rem_euclid(k) * k + px.rem_euclid(k)) as u32;
-                pattern.lay_pixel([sets(px, py), pixel], tuples, places);
+        let row = (region.width() * num).max(1);
+        let rows = self.tuples.chunks_exact_mut(row).zip(self.places.chunks_exact_mut(row));
+        for (py, (mut tuples, mut places)) in (region.y0..region.y1).zip(rows) {
+            let (ty, y) = (py.div_euclid(k), py.rem_euclid(k));
+            let sets = &self.sets[(ty - self.first_tile[1]) as usize * self.tiles_across..];
+            for (tx, &set) in (self.first_tile[0]..).zip(&sets[..self.tiles_across]) {
+                // The pixels of the tile's row that are in the region.
+                let (first, end) = ((tx * k).max(region.x0), ((tx + 1) * k).min(region.x1));
+                let here = (end - first) as usize * num;
+                let ((of, rest), (at, others)) = (tuples.split_at_mut(here), places.split_at_mut(here));
+                pattern.lay_pixels([set, (y * k + first - tx * k) as u32], of, at);
+                (tuples, places) = (rest, others);
             }
         }
         self.blur.take();

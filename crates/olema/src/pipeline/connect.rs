@@ -11,8 +11,6 @@ use std::collections::hash_map::Entry;
 
 use glam::{Vec3, Vec4};
 
-use crate::geometry::Aabb;
-
 use crate::math::map::Map;
 
 use super::by_topology::ByTopology;
@@ -315,10 +313,7 @@ fn sides(table: &PatchTable, patch: u32) -> impl Iterator<Item = Sides> + '_ {
 
 /// How close points of a patch have to be to be one.
 fn tolerance(table: &PatchTable, patch: &Patch) -> f32 {
-    let Some(surface) = table.control_surface(patch, 0) else { return 0.0 };
-    let mut bounds = Aabb::EMPTY;
-    surface.hull([0.0, 1.0], [0.0, 1.0], |p| bounds.include(p));
-    bounds.diagonal() * WELD_TOLERANCE
+    table.extent(patch).diagonal() * WELD_TOLERANCE
 }
 
 /// Side and point of its curve for each corner, counted as [`super::Patch::corners`] counts them.

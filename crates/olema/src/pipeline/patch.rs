@@ -6,10 +6,10 @@ use std::cell::RefCell;
 
 use glam::{Vec3, Vec4};
 
-use crate::geometry::SurfacePoint;
 use crate::geometry::bezier::{Bicubic, Bilinear, ControlPoint};
 use crate::geometry::hull::{Hull, bicubic_hull};
 use crate::geometry::subdivision::Evaluator;
+use crate::geometry::{Aabb, SurfacePoint};
 use crate::math::simd::SimdLevel;
 
 use super::bends::{MOST_FLOATS, NOT_BENT, bent};
@@ -140,6 +140,20 @@ impl PatchTable {
         let [point, step] = SIDES[side];
         let (points, _) = self.floats[patch.first_float as usize + key * 48..][..48].as_chunks::<3>();
         Some(std::array::from_fn(|ix| Vec3::from_array(points[point + ix * step]).extend(1.0)))
+    }
+
+    /// A box around a patch's control points at the first key; empty without control points.
+    pub fn extent(&self, patch: &Patch) -> Aabb {
+        let (mut extent, num_points) = (Aabb::EMPTY, patch.shape.num_points());
+        let floats = &self.floats[patch.first_float as usize..];
+        if patch.rational {
+            let points = floats[..4 * num_points].as_chunks().0.iter();
+            points.for_each(|&p| extent.include(Vec4::from_array(p).position()));
+        } else {
+            let points = floats[..3 * num_points].as_chunks().0.iter();
+            points.for_each(|&p| extent.include(Vec3::from_array(p)));
+        }
+        extent
     }
 
     /// The surface of a patch with control points at motion key `key`.

@@ -180,12 +180,12 @@ impl Moving {
         transform::points(level, &spaces.to_object, &batch.p, &mut inputs.p);
         transform::unit_vectors(level, &spaces.normal_to_object, &batch.normal, &mut inputs.n);
         batch.widths(context, spaces.shrink, inputs);
-        let Coordinates { u, v, s, t, .. } = &batch.coordinates;
+        let Coordinates { u, v, s, t, .. } = &mut batch.coordinates;
         for (from, to) in
             [u, v, s, t].into_iter().zip([&mut inputs.u, &mut inputs.v, &mut inputs.s, &mut inputs.t])
         {
-            to.clear();
-            to.extend_from_slice(from);
+            // A batch goes through once.
+            std::mem::swap(from, to);
         }
         offset.resize(0);
         offset.resize(len);
@@ -337,7 +337,7 @@ impl<'a> OnPatch<'a> {
         let [u0, u1, v0, v1] = self.params;
         let uv = [u0 + (u1 - u0) * u, v0 + (v1 - v0) * v];
         let [s, t] = [spanned(self.corners, 0, uv), spanned(self.corners, 1, uv)];
-        let stretch = du.length().max(dv.length()).max(f32::MIN_POSITIVE);
+        let stretch = du.length_squared().max(dv.length_squared()).sqrt().max(f32::MIN_POSITIVE);
         [uv[0], uv[1], s, t, stretch, self.scale]
     }
 }

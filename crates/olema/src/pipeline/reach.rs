@@ -23,7 +23,12 @@ impl SplitContext<'_> {
         let displacer = self.infos[patch.primitive as usize].displacement.as_ref();
         match displacer {
             // A block of a lattice has vertices on the whole of its quad's sides.
-            Some(displacer) if patch.reach > 0.0 && patch.moves_alone && piece.kind == PieceKind::Quad => {
+            Some(displacer)
+                if patch.reach > 0.0
+                    && patch.moves_alone
+                    && piece.kind == PieceKind::Quad
+                    && displacer.shader.knows_reach() =>
+            {
                 let measure = || most_of_keys(self.surfaces.level, displacer, hulls, apart);
                 if piece.path == 1 { self.edges.known.reach(piece.patch, measure) } else { measure() }
             }

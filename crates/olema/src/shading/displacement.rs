@@ -65,8 +65,12 @@ pub trait DisplacementShader: Debug + Send + Sync {
     fn name(&self) -> &str;
     /// Length that no offset exceeds, in object space, if the shader knows it.
     fn amplitude(&self) -> Option<f32>;
+    /// Whether [`Self::reach`] says more of a part of space than [`Self::amplitude`] says of all.
+    fn knows_reach(&self) -> bool {
+        false
+    }
     /// Length that no offset of a point within `balls` exceeds, in object space, if the shader knows it: what is asked to
-    /// tell early where a surface can be seen. The amplitude, unless a shader knows better.
+    /// tell early where a surface can be seen.
     fn reach(&self, _balls: &Balls) -> Option<f32> {
         self.amplitude()
     }

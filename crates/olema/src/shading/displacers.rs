@@ -38,30 +38,24 @@ pub(super) fn make(
 ) -> Result<Option<Arc<dyn DisplacementShader>>, Error> {
     Ok(Some(match name {
         // The standard's bump mapping, which has an image and an amplitude of 1.
-        "bumpy" => Arc::new(AlongNormal {
-            common: common("bumpy", params, 1.0, 1.0)?,
-            height: image(params, images)?,
-        }),
-        "image" => Arc::new(AlongNormal {
-            common: common("image", params, 0.1, 0.0)?,
-            height: image(params, images)?,
-        }),
+        "bumpy" => along_normal(common("bumpy", params, 1.0, 1.0)?, image(params, images)?),
+        "image" => along_normal(common("image", params, 0.1, 0.0)?, image(params, images)?),
         "cells" => {
             let octaves = octaves(params, 1.0)?;
-            Arc::new(AlongNormal { common: common("cells", params, 0.1, 0.0)?, height: Cells(octaves) })
+            along_normal(common("cells", params, 0.1, 0.0)?, Cells(octaves))
         }
         "fractal" => {
             let octaves = octaves(params, 6.0)?;
-            Arc::new(AlongNormal { common: common("fractal", params, 0.1, 0.0)?, height: Fractal(octaves) })
+            along_normal(common("fractal", params, 0.1, 0.0)?, Fractal(octaves))
         }
         "noise" => {
             let octaves = octaves(params, 1.0)?;
-            Arc::new(AlongNormal { common: common("noise", params, 0.1, 0.0)?, height: Fractal(octaves) })
+            along_normal(common("noise", params, 0.1, 0.0)?, Fractal(octaves))
         }
         "waves" => {
             let octaves = octaves(params, 4.0)?;
             let waves = waves(params, octaves)?;
-            Arc::new(AlongNormal { common: common("waves", params, 0.1, 0.0)?, height: waves })
+            along_normal(common("waves", params, 0.1, 0.0)?, waves)
         }
         "vector" => {
             let octaves = octaves(params, 6.0)?;
@@ -77,6 +71,8 @@ struct Common {
     name: &'static str,
     /// Of either sign.
     amplitude: f32,
+    /// Length that no offset exceeds.
+    bound: f32,
     bump: bool,
     level: SimdLevel,
 }
@@ -110,7 +106,7 @@ impl Common {
     /// Square of the longest offset.
     #[inline(always)]
     fn longest(&self) -> f64 {
-        let most = f64::from(self.amplitude.abs()) * WITHIN;
+        let most = f64::from(self.bound) * WITHIN;
         most * most
     }
 
@@ -118,6 +114,17 @@ impl Common {
     #[inline(always)]
     fn fit(&self, [x, y, z]: &[[f32; LANES]; 3]) -> bool {
         let longest = self.longest();
+        // In single precision first, with room for its roundings, where a square neither vanishes nor is infinite.
+        let surely = (longest * 0.999_99).min(f32::MAX.into()) as f32;
+        let surely = if surely >= f32::MIN_POSITIVE { surely } else { -1.0 };
+        let mut num_fit = 0;
+        for lane in 0..LANES {
+            let square = x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane];
+            num_fit += u32::from(square <= surely);
+        }
+        if num_fit == LANES as u32 {
+            return true;
+        }
         let mut fit = true;
         for lane in 0..LANES {
             let [x, y, z] = [f64::from(x[lane]), f64::from(y[lane]), f64::from(z[lane])];
@@ -148,7 +155,7 @@ impl Common {
 fn common(name: &'static str, params: &mut Params, amplitude: f32, bump: f32) -> Result<Common, Error> {
     let amplitude = params.float("amplitude", amplitude)?;
     let bump = params.float("bump", bump)? != 0.0;
-    Ok(Common { name, amplitude, bump, level: SimdLevel::best() })
+    Ok(Common { name, amplitude, bound: amplitude.abs(), bump, level: SimdLevel::best() })
 }
 
 /// Points that are displaced at a time: by component and lane.
@@ -196,13 +203,20 @@ fn group(vectors: &Vec3s, first: usize) -> [[f32; LANES]; 3] {
 pub(super) trait Height: std::fmt::Debug + Send + Sync {
     /// Whether it reads `s`, `t` or `st_width`.
     const READS_TEXTURE_COORDINATES: bool = false;
+    /// Whether [`Self::most_within`] says more than [`Self::most`].
+    const KNOWS_REACH: bool = false;
 
     /// Heights of points `first..first + LANES`, which are those of `group`; beyond the last point, anything.
     fn heights(&self, points: &DisplacementPoints, first: usize, group: &Group) -> [f32; LANES];
 
-    /// Size that no height within `balls` exceeds.
-    fn most(&self, _balls: &Balls) -> f32 {
+    /// Size that no height exceeds.
+    fn most(&self) -> f32 {
         1.0
+    }
+
+    /// Size that no height within `balls` exceeds.
+    fn most_within(&self, _balls: &Balls) -> f32 {
+        self.most()
     }
 }
 
@@ -211,6 +225,11 @@ pub(super) trait Height: std::fmt::Debug + Send + Sync {
 struct AlongNormal<H> {
     common: Common,
     height: H,
+}
+
+fn along_normal(common: Common, height: impl Height + 'static) -> Arc<dyn DisplacementShader> {
+    let bound = common.bound * height.most();
+    Arc::new(AlongNormal { common: Common { bound, ..common }, height })
 }
 
 impl<H: Height> DisplacementShader for AlongNormal<H> {
@@ -227,13 +246,17 @@ impl<H: Height> DisplacementShader for AlongNormal<H> {
     }
 
     fn amplitude(&self) -> Option<f32> {
-        Some(self.common.amplitude.abs())
+        Some(self.common.bound)
+    }
+
+    fn knows_reach(&self) -> bool {
+        H::KNOWS_REACH
     }
 
     fn reach(&self, balls: &Balls) -> Option<f32> {
         let most = self.common.level.run(
             #[inline(always)]
-            || self.height.most(balls),
+            || self.height.most_within(balls),
         );
         Some(self.common.amplitude.abs() * most)
     }
@@ -282,7 +305,7 @@ impl DisplacementShader for NoiseVector {
     }
 
     fn amplitude(&self) -> Option<f32> {
-        Some(self.common.amplitude.abs())
+        Some(self.common.bound)
     }
 
     fn is_bump(&self) -> bool {
@@ -331,8 +354,7 @@ fn image(params: &mut Params, images: &Images) -> Result<ImageHeight, Error> {
 impl Height for ImageHeight {
     const READS_TEXTURE_COORDINATES: bool = true;
 
-    #[inline(always)]
-    fn most(&self, _: &Balls) -> f32 {
+    fn most(&self) -> f32 {
         let [least, most] = self.image.range().map(|value| (value - self.zero).abs());
         least.max(most).min(1.0)
     }

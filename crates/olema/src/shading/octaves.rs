@@ -96,6 +96,8 @@ const ROUNDING: f32 = 1e-3;
 pub(super) struct Fractal(pub Vec<Octave>);
 
 impl Height for Fractal {
+    const KNOWS_REACH: bool = true;
+
     #[inline(always)]
     fn heights(&self, _: &DisplacementPoints, _: usize, group: &Group) -> [f32; LANES] {
         let [sum] = fractal(&self.0, [0], group);
@@ -103,7 +105,7 @@ impl Height for Fractal {
     }
 
     #[inline(always)]
-    fn most(&self, balls: &Balls) -> f32 {
+    fn most_within(&self, balls: &Balls) -> f32 {
         let mut sum = 0.0;
         for octave in &self.0 {
             // How far the noise may be from what it is at the balls' centres.

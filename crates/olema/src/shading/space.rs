@@ -82,6 +82,10 @@ impl DisplacementShader for InSpace {
         self.shader.amplitude().map(|length| length * self.unstretch)
     }
 
+    fn knows_reach(&self) -> bool {
+        self.shader.knows_reach()
+    }
+
     fn reach(&self, balls: &Balls) -> Option<f32> {
         self.shader.reach(&balls.moved(&self.place, self.stretch)).map(|length| length * self.unstretch)
     }

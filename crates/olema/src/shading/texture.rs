@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::math::function;
+use crate::math::{function, reduce};
 
 /// One channel of an image, with its pyramid.
 #[derive(Debug, Clone)]
@@ -89,6 +89,7 @@ impl TextureImage {
         let last = self.levels.len() - 1;
         let lod = if texels > 1.0 { function::log2(texels).min(last as f32) } else { 0.0 };
         let (level, part) = (lod as usize, lod - (lod as usize) as f32);
+        let st = st.map(fraction);
         let fine = self.levels[level].at(st);
         let value =
             if part > 0.0 { fine + (self.levels[(level + 1).min(last)].at(st) - fine) * part } else { fine };
@@ -128,10 +129,11 @@ impl Level {
         Level::new(width, height, &texels)
     }
 
-    /// The biquadratic B-spline of the texels.
-    fn at(&self, [s, t]: [f64; 2]) -> f32 {
-        let ((x, along), (y, across)) = (taps(s, self.width), taps(t, self.height));
-        let [a, b, c, _] = self.columns(y * (self.width + EDGE) + x, across);
+    /// The biquadratic B-spline of the texels at a [`fraction`] of either side.
+    fn at(&self, [s, t]: [u32; 2]) -> f32 {
+        let (x, y) = (texel(s, self.width as u32), texel(t, self.height as u32));
+        let first = y.0 as usize * (self.width + EDGE) + x.0 as usize;
+        let ([a, b, c, _], along) = (self.columns(first, weights(y.1)), weights(x.1));
         along[0] * a + along[1] * b + along[2] * c
     }
 
@@ -164,13 +166,28 @@ fn mean(len: usize, parts: usize, ix: usize, value: impl Fn(usize) -> f32) -> f3
     sum
 }
 
-/// The first of the three texels around a place along one side, counted from the one before it, and their weights.
-fn taps(place: f64, len: usize) -> (usize, [f32; 3]) {
-    let along = (place - place.floor()) * len as f64;
-    let ix = (along as usize).min(len - 1);
-    let f = (along - ix as f64) as f32 - 0.5;
-    let (a, b) = (0.5 - f, 0.5 + f);
-    (ix, [0.5 * a * a, 0.75 - f * f, 0.5 * b * b])
+/// Where a place is within its repetition of an image, in 1/2^32 of its side.
+#[inline(always)]
+pub(super) fn fraction(place: f64) -> u32 {
+    let within = place - reduce::floor(place).1;
+    reduce::floor(within * 4_294_967_296.0).0
+}
+
+/// The first of the three texels around a [`fraction`] of a side of `len` texels, counted from the one before it, and
+/// where it is between the middle one's ends, -0.5 to 0.5.
+#[inline(always)]
+pub(super) fn texel(fraction: u32, len: u32) -> (u32, f32) {
+    let along = u64::from(fraction) * u64::from(len);
+    // As many bits as a number of single precision holds.
+    let part = (along as u32 >> 8) as i32 as f32 * (1.0 / 16_777_216.0);
+    ((along >> 32) as u32, part - 0.5)
+}
+
+/// The weights of the three texels around a place in the middle one, -0.5 to 0.5.
+#[inline(always)]
+pub(super) fn weights(place: f32) -> [f32; 3] {
+    let (a, b) = (0.5 - place, 0.5 + place);
+    [0.5 * a * a, 0.75 - place * place, 0.5 * b * b]
 }
 
 #[cfg(test)]

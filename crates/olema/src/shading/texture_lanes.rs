@@ -5,67 +5,60 @@
 
 #![allow(clippy::needless_range_loop)] // A loop over lanes reads as what it becomes.
 
-use super::texture::{EDGE, Level, TextureImage};
+use super::texture::{EDGE, Level, TextureImage, fraction, texel, weights};
 use crate::math::function;
 use crate::math::reduce::floor;
 use crate::math::simd::LANES;
-
-/// The first of three texels around a place along one side, and their weights, by number and lane.
-struct Taps {
-    first: [u32; LANES],
-    weight: [[f32; LANES]; 3],
-}
 
 impl TextureImage {
     /// [`Self::sample`] in every lane, and what is no number where that gives nothing.
     #[inline(always)]
     pub(super) fn sample_lanes(&self, st: &[[f64; LANES]; 2], width: &[[f32; LANES]; 2]) -> [f32; LANES] {
         let [columns, rows] = self.size().map(|size| size as f32);
-        let last = (self.levels.len() - 1) as f32;
-        let (mut level, mut part) = ([0u32; LANES], [0.0f32; LANES]);
-        let mut is_between = false;
+        let last = self.levels.len() as u32 - 1;
+        // Of the finer and the coarser level, which are the same where nothing lies between.
+        let (mut fine, mut coarse, mut part) = ([0u32; LANES], [0u32; LANES], [0.0f32; LANES]);
+        let (mut first_level, mut last_level) = (u32::MAX, 0);
         for lane in 0..LANES {
             let texels = (width[0][lane] * columns).max(width[1][lane] * rows);
-            let log = function::log2(texels).min(last);
+            let log = function::log2(texels).min(last as f32);
             let lod = if texels > 1.0 { log } else { 0.0 };
-            level[lane] = floor(f64::from(lod)).0;
-            part[lane] = lod - level[lane] as i32 as f32;
-            is_between |= part[lane] > 0.0;
+            fine[lane] = floor(f64::from(lod)).0;
+            part[lane] = lod - fine[lane] as i32 as f32;
+            coarse[lane] = fine[lane] + u32::from(part[lane] > 0.0);
+            first_level = first_level.min(fine[lane]);
+            last_level = last_level.max(coarse[lane]);
         }
-        let mut value = self.at_levels(&level, st);
-        if is_between {
-            for level in &mut level {
-                *level = (*level + 1).min(self.levels.len() as u32 - 1);
-            }
-            let coarse = self.at_levels(&level, st);
+        let mut places = [[0u32; LANES]; 2];
+        for (places, st) in places.iter_mut().zip(st) {
             for lane in 0..LANES {
-                let fine = value[lane];
-                let between = fine + (coarse[lane] - fine) * part[lane];
-                value[lane] = if part[lane] > 0.0 { between } else { fine };
+                places[lane] = fraction(st[lane]);
+            }
+        }
+        // Mostly two or three levels hold all lanes.
+        let (mut finer, mut coarser) = ([0.0f32; LANES], [0.0f32; LANES]);
+        for level in first_level..=last_level {
+            let mut num_there = 0;
+            for lane in 0..LANES {
+                num_there += u32::from((fine[lane] == level) | (coarse[lane] == level));
+            }
+            if num_there == 0 {
+                continue;
+            }
+            let there = self.levels[level as usize].at_lanes(&places);
+            for lane in 0..LANES {
+                finer[lane] = if fine[lane] == level { there[lane] } else { finer[lane] };
+                coarser[lane] = if coarse[lane] == level { there[lane] } else { coarser[lane] };
             }
         }
         let [least, most] = self.range;
+        let mut value = [0.0f32; LANES];
         for lane in 0..LANES {
+            let between = finer[lane] + (coarser[lane] - finer[lane]) * part[lane];
+            let between = if part[lane] > 0.0 { between } else { finer[lane] };
             let is_place = st[0][lane].is_finite() & st[1][lane].is_finite();
             let is_there = is_place & !width[0][lane].is_nan() & !width[1][lane].is_nan();
-            value[lane] = if is_there { value[lane].clamp(least, most) } else { f32::NAN };
-        }
-        value
-    }
-
-    /// [`Level::at`] in every lane, each at a level of its own: mostly there are one or two of them.
-    #[inline(always)]
-    fn at_levels(&self, level: &[u32; LANES], st: &[[f64; LANES]; 2]) -> [f32; LANES] {
-        let mut value = [0.0f32; LANES];
-        let mut least = level.iter().fold(u32::MAX, |least, &level| least.min(level));
-        while least < u32::MAX {
-            let there = self.levels[least as usize].at_lanes(st);
-            let mut next = u32::MAX;
-            for lane in 0..LANES {
-                value[lane] = if level[lane] == least { there[lane] } else { value[lane] };
-                next = next.min(if level[lane] > least { level[lane] } else { u32::MAX });
-            }
-            least = next;
+            value[lane] = if is_there { between.clamp(least, most) } else { f32::NAN };
         }
         value
     }
@@ -74,47 +67,29 @@ impl TextureImage {
 impl Level {
     /// [`Self::at`] in every lane.
     #[inline(always)]
-    fn at_lanes(&self, [s, t]: &[[f64; LANES]; 2]) -> [f32; LANES] {
-        let (x, y) = (Taps::new(s, self.width as u32), Taps::new(t, self.height as u32));
-        let mut first = [0u32; LANES];
+    fn at_lanes(&self, [s, t]: &[[u32; LANES]; 2]) -> [f32; LANES] {
+        let (mut first, mut x, mut y) = ([0u32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
+        let (width, height, stride) = (self.width as u32, self.height as u32, (self.width + EDGE) as u32);
         for lane in 0..LANES {
-            first[lane] = y.first[lane] * (self.width + EDGE) as u32 + x.first[lane];
+            let ((column, along), (row, across)) = (texel(s[lane], width), texel(t[lane], height));
+            (first[lane], x[lane], y[lane]) = (row * stride + column, along, across);
+        }
+        let mut across = [[0.0f32; LANES]; 3];
+        for lane in 0..LANES {
+            [across[0][lane], across[1][lane], across[2][lane]] = weights(y[lane]);
         }
         let mut columns = [[0.0f32; 4]; LANES];
         for lane in 0..LANES {
-            let weights = [y.weight[0][lane], y.weight[1][lane], y.weight[2][lane]];
+            let weights = [across[0][lane], across[1][lane], across[2][lane]];
             columns[lane] = self.columns(first[lane] as usize, weights);
         }
         let mut sum = [0.0f32; LANES];
         for lane in 0..LANES {
             let [a, b, c, _] = columns[lane];
-            sum[lane] = x.weight[0][lane] * a + x.weight[1][lane] * b + x.weight[2][lane] * c;
+            let along = weights(x[lane]);
+            sum[lane] = along[0] * a + along[1] * b + along[2] * c;
         }
         sum
-    }
-}
-
-impl Taps {
-    /// The texels around places along a side of `len` texels.
-    #[inline(always)]
-    fn new(place: &[f64; LANES], len: u32) -> Self {
-        let mut taps = Taps { first: [0; LANES], weight: [[0.0; LANES]; 3] };
-        let mut f = [0.0f32; LANES];
-        for lane in 0..LANES {
-            let along = (place[lane] - place[lane].floor()) * f64::from(len);
-            // 0 for what is no number.
-            let along = if along > 0.0 { along } else { 0.0 };
-            let ix = (floor(along).0 as i32).min(len as i32 - 1);
-            taps.first[lane] = ix as u32;
-            f[lane] = (along - f64::from(ix)) as f32 - 0.5;
-        }
-        for lane in 0..LANES {
-            let f = f[lane];
-            let (a, b) = (0.5 - f, 0.5 + f);
-            (taps.weight[0][lane], taps.weight[1][lane], taps.weight[2][lane]) =
-                (0.5 * a * a, 0.75 - f * f, 0.5 * b * b);
-        }
-        taps
     }
 }
 

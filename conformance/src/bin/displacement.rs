@@ -182,7 +182,7 @@ fn bumps() -> Result<Arc<TextureImage>, olema::Error> {
         (128.0 + 127.0 * noise::gradient([place[0], place[1], 0.5], 0)).round() / 255.0
     };
     let texels: Vec<f32> = (0..128 * 128).map(height).collect();
-    Ok(Arc::new(TextureImage::new(128, 128, texels.into())?))
+    Ok(Arc::new(TextureImage::new(128, 128, &texels)?))
 }
 
 /// Seconds by which dicing and shading all grids with exact normals takes longer than with normals that are estimated from

@@ -71,8 +71,8 @@ fn displacements(c: &mut Criterion) {
         st_width: vec![width / 2.0; 289],
         ..DisplacementPoints::default()
     };
-    let data = (0..512 * 512).map(|n| (n % 97) as f32 / 97.0).collect();
-    let image = Arc::new(TextureImage::new(512, 512, data).expect("an image"));
+    let data: Vec<f32> = (0..512 * 512).map(|n| (n % 97) as f32 / 97.0).collect();
+    let image = Arc::new(TextureImage::new(512, 512, &data).expect("an image"));
     let mut offset = Vec3s::splat(Vec3::ZERO, 289);
     let mut group = c.benchmark_group("displace");
     group.throughput(Throughput::Elements(289));

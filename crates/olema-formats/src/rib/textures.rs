@@ -45,7 +45,7 @@ impl Textures {
         let limit = MAX_TEXELS.min(room / READ_COST);
         let heights = read_png_heights(path, limit).map_err(|e| format!("image \"{name}\": {e}"))?;
         let num_texels = heights.values.len() as u64;
-        let image = TextureImage::new(heights.width as usize, heights.height as usize, heights.values.into());
+        let image = TextureImage::new(heights.width as usize, heights.height as usize, &heights.values);
         let image = Arc::new(image.map_err(|e| format!("image \"{name}\": {e}"))?);
         self.read.insert(path.clone(), image.clone());
         Ok((image, num_texels * KEPT_COST))

@@ -13,8 +13,8 @@ use crate::scene::VarType;
 use crate::shading::ParamValue;
 
 fn checker() -> Arc<TextureImage> {
-    let data = (0..64).map(|n| if (n + n / 8) % 2 == 0 { 1.0 } else { 0.0 }).collect();
-    Arc::new(TextureImage::new(8, 8, data).unwrap())
+    let data: Vec<f32> = (0..64).map(|n| if (n + n / 8) % 2 == 0 { 1.0 } else { 0.0 }).collect();
+    Arc::new(TextureImage::new(8, 8, &data).unwrap())
 }
 
 /// The shader of that name; those that need an image get a chess board.

@@ -5,8 +5,6 @@
 //! texels biquadratic B-splines instead of bilinear ramps, because a height has to have a continuous slope.
 //! Many places at a time: [`texture_lanes`](super::texture_lanes).
 
-use std::sync::Arc;
-
 use crate::error::Error;
 use crate::math::{function, reduce};
 
@@ -37,7 +35,7 @@ impl TextureImage {
     /// # Errors
     /// [`Error::Shader`] where there is no texel, not one value a texel, one that is not finite, or more than can be numbered
     /// in 32 bits.
-    pub fn new(width: usize, height: usize, data: Arc<[f32]>) -> Result<Self, Error> {
+    pub fn new(width: usize, height: usize, data: &[f32]) -> Result<Self, Error> {
         if width == 0 || height == 0 || width.checked_mul(height) != Some(data.len()) {
             let found = data.len();
             return Err(Error::Shader(format!(
@@ -45,7 +43,7 @@ impl TextureImage {
             )));
         }
         let mut range = [f32::INFINITY, f32::NEG_INFINITY];
-        for value in data.iter() {
+        for value in data {
             if !value.is_finite() {
                 return Err(Error::Shader(format!("a texel is {value}: expected finite values")));
             }
@@ -56,7 +54,7 @@ impl TextureImage {
                 "an image of {width} x {height} texels is too large: expected fewer than 2^32"
             )));
         }
-        let mut last = Level::new(width, height, &data);
+        let mut last = Level::new(width, height, data);
         let mut levels = Vec::new();
         while last.width > 1 || last.height > 1 {
             let next = last.halved();
@@ -198,8 +196,8 @@ mod tests {
     use crate::math::hash::{hash32, unit};
 
     fn random(width: usize, height: usize) -> TextureImage {
-        let data = (0..width * height).map(|n| unit(hash32(n as u32))).collect();
-        TextureImage::new(width, height, data).unwrap()
+        let data: Vec<f32> = (0..width * height).map(|n| unit(hash32(n as u32))).collect();
+        TextureImage::new(width, height, &data).unwrap()
     }
 
     fn mean_of(level: &Level) -> f64 {
@@ -224,7 +222,7 @@ mod tests {
         let image = random(16, 8);
         let mean = image.sample([0.3, 0.8], [f32::INFINITY, 0.0]).unwrap();
         assert!((f64::from(mean) - mean_of(&image.levels[0])).abs() < 1e-5);
-        let ramp = TextureImage::new(8, 1, (0..8).map(|x| x as f32).collect()).unwrap();
+        let ramp = TextureImage::new(8, 1, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]).unwrap();
         let at = |s: f64| ramp.sample([s, 0.5], [0.0; 2]).unwrap();
         assert!((at(0.5) - 3.5).abs() < 1e-6 && (at(2.5 / 8.0) - 2.0).abs() < 1e-6);
         // Filtered, too: the levels of a ramp are ramps.
@@ -235,7 +233,7 @@ mod tests {
     #[test]
     fn what_is_no_image_is_refused() {
         for (width, height, data) in [(0, 1, vec![]), (2, 2, vec![0.0; 3]), (1, 1, vec![f32::NAN])] {
-            assert!(TextureImage::new(width, height, data.into()).is_err());
+            assert!(TextureImage::new(width, height, &data).is_err());
         }
         assert_eq!(random(2, 2).sample([f64::NAN, 0.0], [0.0; 2]), None);
     }

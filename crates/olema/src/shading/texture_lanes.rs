@@ -102,8 +102,8 @@ mod tests {
     #[test]
     fn lanes_are_the_twin_on_every_level() {
         for (columns, rows) in [(1, 1), (13, 6), (64, 32), (1, 9)] {
-            let data = (0..columns * rows).map(|n| unit(hash32(n as u32))).collect();
-            let image = TextureImage::new(columns, rows, data).unwrap();
+            let data: Vec<f32> = (0..columns * rows).map(|n| unit(hash32(n as u32))).collect();
+            let image = TextureImage::new(columns, rows, &data).unwrap();
             for seed in 0..200 {
                 let random = |n: usize| signed_unit(hash32(1000 * seed + n as u32));
                 let mut st: [[f64; LANES]; 2] = std::array::from_fn(|axis| {

@@ -9,12 +9,13 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3, Vec3};
 
 use super::params::Params;
-use super::reflect::{finite, finite3, normalize_or_zero};
-use super::reflect_lanes::{dot, normalize, splat};
+use super::reflect::{finite3, normalize_or_zero};
+use super::reflect_lanes::{dot, finite, loaded, normalize, splat, stored};
 use super::{Lanes3, LightSample, LightShader, PlacedLight};
 use crate::error::Error;
 use crate::math::function;
-use crate::math::simd::{LANES, SimdLevel};
+use crate::math::lanes::Lanes;
+use crate::math::simd::{LANES, LanesKernel, SimdLevel};
 
 /// Names of the lights there are.
 pub const LIGHTS: [&str; 4] = ["ambientlight", "distantlight", "pointlight", "spotlight"];
@@ -178,38 +179,46 @@ impl PlacedLight for PlacedPoint {
     }
 
     fn sample_lanes(&self, level: SimdLevel, p: &Lanes3) -> Option<[Lanes3; 2]> {
-        Some(level.run(
-            #[inline(always)]
-            || {
-                let (l, falloff) = towards_lanes(self.from, p);
-                [l, colors(&falloff, self.cl)]
-            },
-        ))
+        Some(level.run_lanes(Arriving { from: self.from, cl: self.cl, cone: None, p }))
     }
 }
 
-/// [`towards`] in lanes.
-#[inline(always)]
-fn towards_lanes(from: Vec3, p: &Lanes3) -> (Lanes3, [f32; LANES]) {
-    let mut along = splat(from);
-    for (along, p) in along.iter_mut().zip(p) {
-        along.iter_mut().zip(p).for_each(|(along, p)| *along -= p);
-    }
-    let mut falloff = dot(&along, &along);
-    for falloff in &mut falloff {
-        *falloff = (1.0 / *falloff).min(f32::MAX);
-    }
-    (normalize(&along), falloff)
+/// What arrives at 16 points of a light that is somewhere, in a cone around an axis if it has one.
+struct Arriving<'a> {
+    from: Vec3,
+    cl: Vec3,
+    cone: Option<(&'a Cone, Vec3)>,
+    p: &'a Lanes3,
 }
 
-/// Colours of a light of which a share arrives.
-#[inline(always)]
-fn colors(shares: &[f32; LANES], cl: Vec3) -> Lanes3 {
-    let mut colors = splat(cl);
-    for channel in &mut colors {
-        channel.iter_mut().zip(shares).for_each(|(color, share)| *color = finite(share * *color));
+impl LanesKernel for Arriving<'_> {
+    type Output = [Lanes3; 2];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> [Lanes3; 2] {
+        let Arriving { from, cl, cone, p } = self;
+        let mut along = splat(lanes, from);
+        for (along, p) in along.iter_mut().zip(loaded(lanes, p)) {
+            *along = lanes.sub_f(*along, p);
+        }
+        let falloff = lanes.div_f(lanes.splat_f(1.0), dot(lanes, along, along));
+        let mut share = lanes.lesser(falloff, lanes.splat_f(f32::MAX));
+        let l = normalize(lanes, along, 0xffff);
+        if let Some((cone, axis)) = cone {
+            let (mut off_axis, mut shares) = ([0.0; LANES], [0.0; LANES]);
+            lanes.store_f(dot(lanes, l, splat(lanes, axis)), &mut off_axis, 0);
+            lanes.store_f(share, &mut shares, 0);
+            for (share, along) in shares.iter_mut().zip(&off_axis) {
+                *share = (*share * cone.share(-along)).min(f32::MAX);
+            }
+            share = lanes.load_f(&shares, 0);
+        }
+        let mut colors = splat(lanes, cl);
+        for color in &mut colors {
+            *color = finite(lanes, lanes.mul_f(share, *color));
+        }
+        [stored(lanes, l), stored(lanes, colors)]
     }
-    colors
 }
 
 /// A cone of light: with c the cosine of the angle off the axis, Cl = intensity lightcolor
@@ -290,17 +299,8 @@ impl PlacedLight for PlacedSpot {
     }
 
     fn sample_lanes(&self, level: SimdLevel, p: &Lanes3) -> Option<[Lanes3; 2]> {
-        Some(level.run(
-            #[inline(always)]
-            || {
-                let (l, mut shares) = towards_lanes(self.from, p);
-                let along = dot(&l, &splat(self.axis));
-                for (share, along) in shares.iter_mut().zip(along) {
-                    *share = (*share * self.cone.share(-along)).min(f32::MAX);
-                }
-                [l, colors(&shares, self.cl)]
-            },
-        ))
+        let cone = Some((&self.cone, self.axis));
+        Some(level.run_lanes(Arriving { from: self.from, cl: self.cl, cone, p }))
     }
 }
 

@@ -102,6 +102,38 @@ pub(super) struct Wanted {
     pub exponent: Option<f32>,
 }
 
+/// What becomes of the sums: Ci / Os = Cs (Ka ambient + Kd diffuse + Ks specular) + highlight Ks specular.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mix {
+    /// Ka.
+    pub ambient: f32,
+    /// Kd, if it is of any use.
+    pub diffuse: Option<f32>,
+    /// Ks of what has the surface's colour.
+    pub specular: Option<f32>,
+    /// Ks of what has a colour of its own, and that.
+    pub highlight: Option<(f32, Vec3)>,
+}
+
+impl Mix {
+    /// Channel `c` of the colour.
+    #[inline(always)]
+    pub fn color(&self, c: usize, cs: f32, r: ReflectedChannel) -> f32 {
+        let mut body = self.ambient * r.ambient;
+        if let Some(kd) = self.diffuse {
+            body += kd * r.diffuse;
+        }
+        if let Some(ks) = self.specular {
+            body += ks * r.specular;
+        }
+        let mut color = cs * body;
+        if let Some((ks, highlight)) = self.highlight {
+            color += highlight[c] * (ks * r.specular);
+        }
+        color
+    }
+}
+
 /// Gathers the lights at a vertex. Directional light counts within a right angle of the normal; a zero normal
 /// gets ambient light only.
 #[inline]

@@ -1,101 +1,110 @@
 //! What arrives at 16 vertices and what of it goes to the eye.
 //!
-//! In: vertices of a grid, the lights. Out: colours, the same bits as those of the scalar twin, [`super::reflect`]. Loops
-//! over lanes, choices by selects; to be called within [`SimdLevel::run`]. What is rare (a vector too long or too short to
-//! be squared) goes to the twin.
-
-#![allow(clippy::needless_range_loop)] // A loop over lanes reads as what it becomes.
+//! In: vertices of a grid, the lights. Out: colours, the same bits as those of the scalar twin, [`super::reflect`]. What is
+//! rare (a vector too long or too short to be squared) goes to the twin.
 
 use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::reflect::{ReflectedChannel, Wanted, finite, normalize_or_zero};
+use super::reflect::{Mix, Wanted, normalize_or_zero};
 use super::{Lanes3, LightSample, PlacedLight, ShadedPoints, ShadingPoints};
-use crate::math::simd::{LANES, SimdLevel};
+use crate::math::lanes::Lanes;
+use crate::math::simd::{LANES, LanesKernel, SimdLevel};
 use crate::math::{Vec3s, function};
 
 const ZEROS: Lanes3 = [[0.0; LANES]; 3];
 
-/// Writes Oi = Os, Ci = Os * `color(channel, Cs, what is reflected)` at `vertices`.
+/// Vectors by component.
+pub(super) type Vectors<L> = [<L as Lanes>::F; 3];
+
+/// Writes Oi = Os, Ci = Os * what `mix` makes of Cs and of what is reflected, at `vertices`.
 pub(super) fn write_lit(
     level: SimdLevel,
     points: &ShadingPoints,
     vertices: &[u32],
     (lights, wanted): (&[Arc<dyn PlacedLight>], Wanted),
     out: &mut ShadedPoints,
-    color: impl Fn(usize, f32, ReflectedChannel) -> f32,
+    mix: &Mix,
 ) {
-    write_each(
-        level,
-        points,
-        vertices,
-        out,
-        #[inline(always)]
-        |picked| reflect(level, points, picked, lights, wanted),
-        #[inline(always)]
-        |sums, c, cs, lane| {
-            let reflected = ReflectedChannel {
-                ambient: finite(sums.ambient[c][lane]),
-                diffuse: finite(sums.diffuse[c][lane]),
-                specular: finite(sums.specular[c][lane]),
-            };
-            color(c, cs, reflected)
-        },
-    );
+    level.run_lanes(Lit { level, points, vertices, lights, wanted, out, mix });
 }
 
-/// Writes Oi = Os, Ci = Os * `color(Cs, cosine between N and I)` at `vertices`.
+/// Writes Oi = Os, Ci = Os Cs (`ka` + `kd` d^2) at `vertices`, d the cosine between N and I.
 pub(super) fn write_facing(
     level: SimdLevel,
     points: &ShadingPoints,
     vertices: &[u32],
     out: &mut ShadedPoints,
-    color: impl Fn(f32, f32) -> f32,
+    [ka, kd]: [f32; 2],
 ) {
-    write_each(
-        level,
-        points,
-        vertices,
-        out,
-        #[inline(always)]
-        |picked| dot(&normalize(&picked.load(&points.n)), &normalize(&picked.load(&points.i))),
-        #[inline(always)]
-        |cos, _, cs, lane| color(cs, cos[lane]),
-    );
+    level.run_lanes(FacingEye { points, vertices, out, ka, kd });
 }
 
-/// Writes Oi = Os, Ci = Os * `color(known, channel, Cs, lane)` at `vertices`; what is `known` is found out for 16 at a time.
-#[inline(always)]
-fn write_each<T>(
+struct Lit<'a> {
     level: SimdLevel,
-    points: &ShadingPoints,
-    vertices: &[u32],
-    out: &mut ShadedPoints,
-    find: impl Fn(&Picked) -> T,
-    color: impl Fn(&T, usize, f32, usize) -> f32,
-) {
-    level.run(
-        #[inline(always)]
-        || {
-            let mut left = vertices;
-            while !left.is_empty() {
-                let (picked, rest) = Picked::next(left, points.p.len());
-                let known = find(&picked);
-                let (cs, os) = (picked.load(&points.cs), picked.load(&points.os));
-                let mut ci: Lanes3 = ZEROS;
-                // Channel by channel: vectors of three would not go in lanes.
-                for c in 0..3 {
-                    for lane in 0..LANES {
-                        ci[c][lane] = os[c][lane] * finite(color(&known, c, cs[c][lane], lane));
-                    }
-                }
-                picked.store(&mut out.oi, &os);
-                picked.store(&mut out.ci, &ci);
-                left = rest;
+    points: &'a ShadingPoints,
+    vertices: &'a [u32],
+    lights: &'a [Arc<dyn PlacedLight>],
+    wanted: Wanted,
+    out: &'a mut ShadedPoints,
+    mix: &'a Mix,
+}
+
+impl LanesKernel for Lit<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let Lit { level, points, vertices, lights, wanted, out, mix } = self;
+        let mut left = vertices;
+        while !left.is_empty() {
+            let (picked, rest) = Picked::next(left, points.p.len());
+            let sums = reflect(lanes, level, points, &picked, lights, wanted);
+            let (cs, os) = (picked.load(lanes, &points.cs), picked.load(lanes, &points.os));
+            let mut ci = cs;
+            for c in 0..3 {
+                let color = sums.mixed(lanes, mix, c, cs[c]);
+                ci[c] = lanes.mul_f(os[c], finite(lanes, color));
             }
-        },
-    );
+            picked.store(lanes, &mut out.oi, os);
+            picked.store(lanes, &mut out.ci, ci);
+            left = rest;
+        }
+    }
+}
+
+struct FacingEye<'a> {
+    points: &'a ShadingPoints,
+    vertices: &'a [u32],
+    out: &'a mut ShadedPoints,
+    ka: f32,
+    kd: f32,
+}
+
+impl LanesKernel for FacingEye<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let FacingEye { points, vertices, out, ka, kd } = self;
+        let mut left = vertices;
+        while !left.is_empty() {
+            let (picked, rest) = Picked::next(left, points.p.len());
+            let n = normalize(lanes, picked.load(lanes, &points.n), picked.lanes());
+            let d = dot(lanes, n, normalize(lanes, picked.load(lanes, &points.i), picked.lanes()));
+            let shown = lanes.mul_f(lanes.splat_f(kd), lanes.mul_f(d, d));
+            let shown = lanes.add_f(lanes.splat_f(ka), shown);
+            let (cs, os) = (picked.load(lanes, &points.cs), picked.load(lanes, &points.os));
+            let mut ci = cs;
+            for c in 0..3 {
+                ci[c] = lanes.mul_f(os[c], finite(lanes, lanes.mul_f(cs[c], shown)));
+            }
+            picked.store(lanes, &mut out.oi, os);
+            picked.store(lanes, &mut out.ci, ci);
+            left = rest;
+        }
+    }
 }
 
 /// Up to 16 vertices.
@@ -127,34 +136,44 @@ impl<'a> Picked<'a> {
         (Picked::Apart(picked), left)
     }
 
+    /// The lanes they are in.
+    #[inline(always)]
+    fn lanes(&self) -> u32 {
+        match self {
+            Picked::Row { bits, .. } => *bits,
+            Picked::Apart(vertices) => 0xffff >> (LANES - vertices.len()),
+        }
+    }
+
     /// Their values; any other vertex's in lanes that are left over.
     #[inline(always)]
-    fn load(&self, from: &Vec3s) -> Lanes3 {
-        let mut to = ZEROS;
+    fn load<L: Lanes>(&self, lanes: L, from: &Vec3s) -> Vectors<L> {
+        let mut to = [lanes.splat_f(0.0); 3];
         for (to, from) in to.iter_mut().zip(from.axes()) {
-            match *self {
-                Picked::Row { first, .. } => to.copy_from_slice(&from[first..first + LANES]),
+            *to = match *self {
+                Picked::Row { first, .. } => lanes.load_f(from, first),
                 Picked::Apart(vertices) => {
-                    *to = [from[vertices[0] as usize]; LANES];
-                    to.iter_mut().zip(vertices).for_each(|(to, &vertex)| *to = from[vertex as usize]);
+                    let mut all = [from[vertices[0] as usize]; LANES];
+                    all.iter_mut().zip(vertices).for_each(|(to, &vertex)| *to = from[vertex as usize]);
+                    lanes.load_f(&all, 0)
                 }
-            }
+            };
         }
         to
     }
 
     #[inline(always)]
-    fn store(&self, to: &mut Vec3s, from: &Lanes3) {
+    fn store<L: Lanes>(&self, lanes: L, to: &mut Vec3s, from: Vectors<L>) {
         for (to, from) in to.axes_mut().into_iter().zip(from) {
             match *self {
                 Picked::Row { first, bits } => {
-                    let to = &mut to[first..first + LANES];
-                    for lane in 0..LANES {
-                        to[lane] = if bits >> lane & 1 == 1 { from[lane] } else { to[lane] };
-                    }
+                    let all = lanes.select_f(lanes.mask(bits), from, lanes.load_f(to, first));
+                    lanes.store_f(all, to, first);
                 }
                 Picked::Apart(vertices) => {
-                    from.iter().zip(vertices).for_each(|(&from, &vertex)| to[vertex as usize] = from);
+                    let mut all = [0.0; LANES];
+                    lanes.store_f(from, &mut all, 0);
+                    all.iter().zip(vertices).for_each(|(&from, &vertex)| to[vertex as usize] = from);
                 }
             }
         }
@@ -162,94 +181,116 @@ impl<'a> Picked<'a> {
 }
 
 /// Sums over all lights.
-struct Sums {
-    ambient: Lanes3,
-    diffuse: Lanes3,
-    specular: Lanes3,
+struct Sums<L: Lanes> {
+    ambient: Vectors<L>,
+    diffuse: Vectors<L>,
+    specular: Vectors<L>,
+}
+
+impl<L: Lanes> Sums<L> {
+    /// [`Mix::color`] in every lane.
+    #[inline(always)]
+    fn mixed(&self, lanes: L, mix: &Mix, c: usize, cs: L::F) -> L::F {
+        let times = |by: f32, sum: L::F| lanes.mul_f(lanes.splat_f(by), finite(lanes, sum));
+        let mut body = times(mix.ambient, self.ambient[c]);
+        if let Some(kd) = mix.diffuse {
+            body = lanes.add_f(body, times(kd, self.diffuse[c]));
+        }
+        if let Some(ks) = mix.specular {
+            body = lanes.add_f(body, times(ks, self.specular[c]));
+        }
+        let mut color = lanes.mul_f(cs, body);
+        if let Some((ks, highlight)) = mix.highlight {
+            let shine = lanes.mul_f(lanes.splat_f(highlight[c]), times(ks, self.specular[c]));
+            color = lanes.add_f(color, shine);
+        }
+        color
+    }
 }
 
 #[inline(always)]
-fn reflect(
+fn reflect<L: Lanes>(
+    lanes: L,
     level: SimdLevel,
     points: &ShadingPoints,
     picked: &Picked,
     lights: &[Arc<dyn PlacedLight>],
     wanted: Wanted,
-) -> Sums {
-    let mut sums = Sums { ambient: ZEROS, diffuse: ZEROS, specular: ZEROS };
-    let i = picked.load(&points.i);
-    let nf = facing(&i, &picked.load(&points.n), &picked.load(&points.ng));
-    // Vectors towards the eye, where a highlight needs them.
-    let v = match wanted.exponent {
-        Some(_) => normalize(&i).map(|component| component.map(|c| -c)),
-        None => i,
-    };
-    let p = picked.load(&points.p);
+) -> Sums<L> {
+    let none = [lanes.splat_f(0.0); 3];
+    let mut sums = Sums { ambient: none, diffuse: none, specular: none };
+    let i = picked.load(lanes, &points.i);
+    let n = normalize(lanes, picked.load(lanes, &points.n), picked.lanes());
+    let nf = facing(lanes, i, n, picked.load(lanes, &points.ng));
+    // Vectors from the eye, of unit length where a highlight needs them.
+    let i = if wanted.exponent.is_some() { normalize(lanes, i, picked.lanes()) } else { i };
+    let p = picked.load(lanes, &points.p);
     for light in lights {
-        let Some((l, cl)) = arriving(level, &**light, &p, &mut sums.ambient) else { continue };
-        let cos = dot(&nf, &l);
-        if !cos.iter().fold(false, |any, &cos| any | (cos > 0.0)) {
+        let Some((l, cl)) = arriving(lanes, level, &**light, p, &mut sums.ambient) else { continue };
+        let cos = dot(lanes, nf, l);
+        let faces = lanes.lt_f(lanes.splat_f(0.0), cos);
+        if lanes.bits(faces) & picked.lanes() == 0 {
             continue;
         }
         if wanted.diffuse {
-            add(&mut sums.diffuse, &cl, &cos, &cos);
+            add(lanes, &mut sums.diffuse, cl, cos, faces);
         }
         if let Some(exponent) = wanted.exponent {
             let mut half = l;
-            for c in 0..3 {
-                for lane in 0..LANES {
-                    half[c][lane] += v[c][lane];
-                }
+            for (half, i) in half.iter_mut().zip(i) {
+                *half = lanes.add_f(*half, negated(lanes, i));
             }
-            let mut share = dot(&nf, &normalize(&half));
+            let mut share = [0.0; LANES];
+            lanes.store_f(dot(lanes, nf, normalize(lanes, half, picked.lanes())), &mut share, 0);
             for share in &mut share {
                 *share = function::pow_in_lanes(share.clamp(0.0, 1.0), exponent);
             }
-            add(&mut sums.specular, &cl, &share, &cos);
+            add(lanes, &mut sums.specular, cl, lanes.load_f(&share, 0), faces);
         }
     }
     sums
 }
 
-/// Adds `cl * by` where `cos` is above 0.
+/// Adds `cl * by` where the light is in front.
 #[inline(always)]
-fn add(sum: &mut Lanes3, cl: &Lanes3, by: &[f32; LANES], cos: &[f32; LANES]) {
-    for c in 0..3 {
-        for lane in 0..LANES {
-            let more = sum[c][lane] + cl[c][lane] * by[lane];
-            sum[c][lane] = if cos[lane] > 0.0 { more } else { sum[c][lane] };
-        }
+fn add<L: Lanes>(lanes: L, sum: &mut Vectors<L>, cl: Vectors<L>, by: L::F, faces: L::M) {
+    for (sum, cl) in sum.iter_mut().zip(cl) {
+        *sum = lanes.select_f(faces, lanes.add_f(*sum, lanes.mul_f(cl, by)), *sum);
     }
 }
 
 /// Unit vectors to a light from 16 points and its colours there; what comes from everywhere goes to `ambient`.
 #[inline(always)]
-fn arriving(
+fn arriving<L: Lanes>(
+    lanes: L,
     level: SimdLevel,
     light: &dyn PlacedLight,
-    p: &Lanes3,
-    ambient: &mut Lanes3,
-) -> Option<(Lanes3, Lanes3)> {
+    p: Vectors<L>,
+    ambient: &mut Vectors<L>,
+) -> Option<(Vectors<L>, Vectors<L>)> {
     if light.is_alike_everywhere() {
-        return match light.sample(at(p, 0)) {
+        return match light.sample(Vec3::ZERO) {
             LightSample::Ambient { cl } => {
-                for c in 0..3 {
-                    for lane in 0..LANES {
-                        ambient[c][lane] += cl[c];
-                    }
+                for (ambient, cl) in ambient.iter_mut().zip(cl.to_array()) {
+                    *ambient = lanes.add_f(*ambient, lanes.splat_f(cl));
                 }
                 None
             }
-            LightSample::From { l, cl } => Some((splat(l), splat(cl))),
+            LightSample::From { l, cl } => Some((splat(lanes, l), splat(lanes, cl))),
         };
     }
-    if let Some([l, cl]) = light.sample_lanes(level, p) {
-        return Some((l, cl));
+    let all = stored(lanes, p);
+    if let Some([l, cl]) = light.sample_lanes(level, &all) {
+        return Some((loaded(lanes, &l), loaded(lanes, &cl)));
     }
     let (mut to_light, mut colors, mut is_from) = (ZEROS, ZEROS, false);
+    let mut sums = stored(lanes, *ambient);
     for lane in 0..LANES {
-        match light.sample(at(p, lane)) {
-            LightSample::Ambient { cl } => set(ambient, lane, at(ambient, lane) + cl),
+        match light.sample(at(&all, lane)) {
+            LightSample::Ambient { cl } => {
+                let sum = at(&sums, lane) + cl;
+                set(&mut sums, lane, sum);
+            }
             LightSample::From { l, cl } => {
                 is_from = true;
                 set(&mut to_light, lane, l);
@@ -257,52 +298,83 @@ fn arriving(
             }
         }
     }
+    *ambient = loaded(lanes, &sums);
     // Where it is ambient the vector is zero, and so is the cosine.
-    is_from.then_some((to_light, colors))
+    is_from.then(
+        #[inline(always)]
+        || (loaded(lanes, &to_light), loaded(lanes, &colors)),
+    )
 }
 
-/// Unit normals turned towards the eye, or zeros: see [`super::reflect::Facing`].
+/// Normals, of unit length or zeros, turned towards the eye: see [`super::reflect::Facing`].
 #[inline(always)]
-fn facing(i: &Lanes3, n: &Lanes3, ng: &Lanes3) -> Lanes3 {
-    let n = normalize(n);
-    let (geometric, shading) = (dot(i, ng), dot(i, &n));
+fn facing<L: Lanes>(lanes: L, i: Vectors<L>, n: Vectors<L>, ng: Vectors<L>) -> Vectors<L> {
+    let (geometric, shading) = (dot(lanes, i, ng), dot(lanes, i, n));
+    let zero = lanes.splat_f(0.0);
+    // Neither zero nor anything but a number.
+    let decides = lanes.either(lanes.lt_f(geometric, zero), lanes.lt_f(zero, geometric));
+    let away = lanes.lt_f(zero, lanes.select_f(decides, geometric, shading));
     let mut nf = n;
-    for c in 0..3 {
-        for lane in 0..LANES {
-            let fails = geometric[lane] == 0.0 || geometric[lane].is_nan();
-            let away = if fails { shading[lane] } else { geometric[lane] };
-            nf[c][lane] = if away > 0.0 { -n[c][lane] } else { n[c][lane] };
-        }
+    for n in &mut nf {
+        *n = lanes.select_f(away, negated(lanes, *n), *n);
     }
     nf
 }
 
-/// [`normalize_or_zero`] in every lane.
+/// [`normalize_or_zero`] in the lanes that are `wanted`; anything in the others, which may well have nothing to normalize.
 #[inline(always)]
-pub(super) fn normalize(v: &Lanes3) -> Lanes3 {
-    let squared = dot(v, v);
-    let (mut unit, mut all_fit) = (*v, true);
-    for lane in 0..LANES {
-        let scale = 1.0 / squared[lane].sqrt();
-        for c in 0..3 {
-            unit[c][lane] = v[c][lane] * scale;
-        }
-        all_fit &= squared[lane] > 1e-30 && squared[lane] < 1e30;
+pub(super) fn normalize<L: Lanes>(lanes: L, v: Vectors<L>, wanted: u32) -> Vectors<L> {
+    let squared = dot(lanes, v, v);
+    let (least, most) = (lanes.splat_f(1e-30), lanes.splat_f(1e30));
+    let fit = lanes.bits(lanes.both(lanes.lt_f(least, squared), lanes.lt_f(squared, most)));
+    let scale = lanes.div_f(lanes.splat_f(1.0), lanes.sqrt_f(squared));
+    let mut unit = v;
+    for c in &mut unit {
+        *c = lanes.mul_f(*c, scale);
     }
-    if !all_fit {
-        (0..LANES).for_each(|lane| set(&mut unit, lane, normalize_or_zero(at(v, lane))));
+    if wanted & !fit != 0 {
+        let (mut all, given) = (ZEROS, stored(lanes, v));
+        (0..LANES).for_each(|lane| set(&mut all, lane, normalize_or_zero(at(&given, lane))));
+        unit = loaded(lanes, &all);
     }
     unit
 }
 
+/// [`super::reflect::finite`] in every lane.
 #[inline(always)]
-pub(super) fn dot(a: &Lanes3, b: &Lanes3) -> [f32; LANES] {
-    std::array::from_fn(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
+pub(super) fn finite<L: Lanes>(lanes: L, x: L::F) -> L::F {
+    let within = lanes.lesser(lanes.greater(x, lanes.splat_f(f32::MIN)), lanes.splat_f(f32::MAX));
+    lanes.select_f(lanes.eq_f(x, x), within, lanes.splat_f(0.0))
 }
 
 #[inline(always)]
-pub(super) fn splat(v: Vec3) -> Lanes3 {
-    [[v.x; LANES], [v.y; LANES], [v.z; LANES]]
+pub(super) fn dot<L: Lanes>(lanes: L, a: Vectors<L>, b: Vectors<L>) -> L::F {
+    let sum = lanes.add_f(lanes.mul_f(a[0], b[0]), lanes.mul_f(a[1], b[1]));
+    lanes.add_f(sum, lanes.mul_f(a[2], b[2]))
+}
+
+#[inline(always)]
+fn negated<L: Lanes>(lanes: L, x: L::F) -> L::F {
+    lanes.of_bits(lanes.xor(lanes.bits_of(x), lanes.splat(i32::MIN)))
+}
+
+#[inline(always)]
+pub(super) fn splat<L: Lanes>(lanes: L, v: Vec3) -> Vectors<L> {
+    [lanes.splat_f(v.x), lanes.splat_f(v.y), lanes.splat_f(v.z)]
+}
+
+#[inline(always)]
+pub(super) fn loaded<L: Lanes>(lanes: L, v: &Lanes3) -> Vectors<L> {
+    [lanes.load_f(&v[0], 0), lanes.load_f(&v[1], 0), lanes.load_f(&v[2], 0)]
+}
+
+#[inline(always)]
+pub(super) fn stored<L: Lanes>(lanes: L, v: Vectors<L>) -> Lanes3 {
+    let mut all = ZEROS;
+    for (all, v) in all.iter_mut().zip(v) {
+        lanes.store_f(v, all, 0);
+    }
+    all
 }
 
 #[inline(always)]

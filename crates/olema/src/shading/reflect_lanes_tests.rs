@@ -39,9 +39,16 @@ fn random_points(len: usize, stream: &mut Stream) -> ShadingPoints {
     points
 }
 
-fn color(c: usize, cs: f32, r: ReflectedChannel) -> f32 {
-    cs * (0.7 * r.ambient + 0.4 * r.diffuse) + [0.1, 0.2, 0.3][c] * r.specular
-}
+const MIXES: [Mix; 3] = [
+    Mix {
+        ambient: 0.7,
+        diffuse: Some(0.4),
+        specular: None,
+        highlight: Some((0.6, Vec3::new(0.1, 0.2, 0.3))),
+    },
+    Mix { ambient: 0.7, diffuse: None, specular: Some(0.4), highlight: None },
+    Mix { ambient: 0.7, diffuse: Some(0.4), specular: None, highlight: None },
+];
 
 /// Bits, but one for all that are not numbers.
 fn bits(shaded: &ShadedPoints) -> Vec<u32> {
@@ -62,9 +69,8 @@ fn compare(off: f32) -> usize {
         let points = random_points(len, &mut stream);
         let all: Vec<u32> = (0..len as u32).collect();
         let some: Vec<u32> = all.iter().copied().filter(|_| stream.below(4) > 0).collect();
-        for (vertices, exponent) in
-            [(&all, Some(10.0)), (&some, Some(0.3)), (&some, None), (&all, Some(f32::INFINITY))]
-        {
+        let cases = [(&all, Some(10.0)), (&some, Some(0.3)), (&some, None), (&all, Some(f32::INFINITY))];
+        for ((vertices, exponent), mix) in cases.iter().flat_map(|case| MIXES.map(|mix| (*case, mix))) {
             let wanted = Wanted { diffuse: true, exponent };
             let blank =
                 || ShadedPoints { ci: Vec3s::splat(Vec3::ONE, len), oi: Vec3s::splat(Vec3::ONE, len) };
@@ -77,12 +83,12 @@ fn compare(off: f32) -> usize {
                 let os = points.os.get(ix);
                 expected.oi.set(ix, os);
                 let cs = points.cs.get(ix);
-                let ci = [0, 1, 2].map(|c| color(c, cs[c], reflected.channel(c)));
+                let ci = [0, 1, 2].map(|c| mix.color(c, cs[c], reflected.channel(c)));
                 expected.ci.set(ix, os * finite3(Vec3::from_array(ci)));
             }
             for level in SimdLevel::all() {
                 let mut out = blank();
-                write_lit(level, &points, vertices, (&lights, wanted), &mut out, color);
+                write_lit(level, &points, vertices, (&lights, wanted), &mut out, &mix);
                 differ += usize::from(bits(&out) != bits(&expected));
             }
         }
@@ -108,7 +114,7 @@ fn what_faces_the_eye_has_the_bits_of_the_twin() {
         }
         for level in SimdLevel::all() {
             let mut out = blank();
-            write_facing(level, &points, &vertices, &mut out, color);
+            write_facing(level, &points, &vertices, &mut out, [0.2, 0.8]);
             assert_eq!(bits(&out) == bits(&expected), shift == 0.0, "{len} points, {level:?}");
         }
     }

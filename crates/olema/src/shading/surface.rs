@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::params::Params;
-use super::reflect::{Facing, ReflectedChannel, Wanted, finite3, normalize_or_zero, reflect};
+use super::reflect::{Facing, Mix, Wanted, finite3, normalize_or_zero, reflect};
 use super::reflect_lanes;
 use super::{Inputs, OpacityUse, PlacedLight, ShadedPoints, ShaderTraits, ShadingPoints, SurfaceShader};
 use crate::error::Error;
@@ -104,21 +104,21 @@ fn write(
 /// Fewer vertices than this are shaded one by one: lanes that are left over cost as much as others.
 const FEW: usize = 4;
 
-/// Writes Oi = Os, Ci = Os * `color(channel, Cs, what of the lights is reflected)`.
+/// Writes Oi = Os, Ci = Os * what `mix` makes of Cs and of what of the lights is reflected.
 fn write_lit(
     points: &ShadingPoints,
     vertices: &[u32],
     (lights, wanted): (&[Arc<dyn PlacedLight>], Wanted),
     out: &mut ShadedPoints,
-    color: impl Fn(usize, f32, ReflectedChannel) -> f32,
+    mix: &Mix,
 ) {
     if vertices.len() < FEW {
         write(points, vertices, out, |ix, cs| {
             let reflected = reflect(Facing::new(points, ix), lights, wanted);
-            Vec3::from_array([0, 1, 2].map(|c| color(c, cs[c], reflected.channel(c))))
+            Vec3::from_array([0, 1, 2].map(|c| mix.color(c, cs[c], reflected.channel(c))))
         });
     } else {
-        reflect_lanes::write_lit(SimdLevel::best(), points, vertices, (lights, wanted), out, color);
+        reflect_lanes::write_lit(SimdLevel::best(), points, vertices, (lights, wanted), out, mix);
     }
 }
 
@@ -164,14 +164,8 @@ impl SurfaceShader for Matte {
         out: &mut ShadedPoints,
     ) {
         let wanted = Wanted { diffuse: true, exponent: None };
-        write_lit(
-            points,
-            at,
-            (lights, wanted),
-            out,
-            #[inline(always)]
-            |_, cs, r| cs * (self.ka * r.ambient + self.kd * r.diffuse),
-        );
+        let mix = Mix { ambient: self.ka, diffuse: Some(self.kd), specular: None, highlight: None };
+        write_lit(points, at, (lights, wanted), out, &mix);
     }
 }
 
@@ -201,14 +195,8 @@ impl SurfaceShader for Metal {
         out: &mut ShadedPoints,
     ) {
         let wanted = Wanted { diffuse: false, exponent: Some(self.exponent) };
-        write_lit(
-            points,
-            at,
-            (lights, wanted),
-            out,
-            #[inline(always)]
-            |_, cs, r| cs * (self.ka * r.ambient + self.ks * r.specular),
-        );
+        let mix = Mix { ambient: self.ka, diffuse: None, specular: Some(self.ks), highlight: None };
+        write_lit(points, at, (lights, wanted), out, &mix);
     }
 }
 
@@ -240,17 +228,9 @@ impl SurfaceShader for Plastic {
         out: &mut ShadedPoints,
     ) {
         let wanted = Wanted { diffuse: true, exponent: (self.ks != 0.0).then_some(self.exponent) };
-        write_lit(
-            points,
-            at,
-            (lights, wanted),
-            out,
-            #[inline(always)]
-            |c, cs, r| {
-                let body = cs * (self.ka * r.ambient + self.kd * r.diffuse);
-                body + self.specular_color[c] * (self.ks * r.specular)
-            },
-        );
+        let highlight = Some((self.ks, self.specular_color));
+        let mix = Mix { ambient: self.ka, diffuse: Some(self.kd), specular: None, highlight };
+        write_lit(points, at, (lights, wanted), out, &mix);
     }
 }
 
@@ -286,14 +266,7 @@ impl SurfaceShader for DefaultSurface {
                 Vec3::from_array(cs.to_array().map(|cs| self.color(cs, d)))
             });
         } else {
-            reflect_lanes::write_facing(
-                SimdLevel::best(),
-                points,
-                at,
-                out,
-                #[inline(always)]
-                |cs, d| self.color(cs, d),
-            );
+            reflect_lanes::write_facing(SimdLevel::best(), points, at, out, [self.ka, self.kd]);
         }
     }
 }

@@ -48,8 +48,7 @@ const SCALAR: f64 = 7.0;
 /// Quads that are looked at; grids of fewer are looked at whole.
 const NUM_PROBES: usize = 16;
 /// Of these so many at first, which is enough where one rasterizer costs so many times the other.
-const FEW_PROBES: usize = 3;
-const CLEARLY: f64 = 1.5;
+const FEW_PROBES: [(usize, f64); 2] = [(1, 4.0), (3, 1.5)];
 
 /// What a micropolygon of a grid is expected to cost, in operations, or in nanoseconds of the kernels in lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,35 +64,42 @@ pub fn choose(draw: &MovingDraw) -> Rasterizer {
     if draw.grid.still().is_some() {
         return Rasterizer::NoMotion;
     }
-    // A few quads tell, unless they find both alike.
-    let Estimate { interval, interleave } = match estimate_from(draw, FEW_PROBES) {
-        few if few.interleave < few.interval / CLEARLY || few.interval < few.interleave / CLEARLY => few,
-        _ => estimate(draw),
-    };
+    // One quad tells, or a few, unless they find both alike or are not in the region.
+    let clear = FEW_PROBES.iter().find_map(|&(num_probes, clearly)| {
+        let (few, is_any_seen) = estimate_from(draw, num_probes);
+        let [least, most] = [few.interval.min(few.interleave), few.interval.max(few.interleave)];
+        (is_any_seen && clearly * least < most).then_some(few)
+    });
+    let Estimate { interval, interleave } = clear.unwrap_or_else(|| estimate(draw));
     if interleave < interval { Rasterizer::InterleaveUvt } else { Rasterizer::Interval }
 }
 
 /// Expected costs, mean over the grid's quads.
 pub fn estimate(draw: &MovingDraw) -> Estimate {
-    estimate_from(draw, NUM_PROBES)
+    estimate_from(draw, NUM_PROBES).0
 }
 
-fn estimate_from(draw: &MovingDraw, num_probes: usize) -> Estimate {
+/// The estimate from so many quads, and whether any of them may be in the region.
+fn estimate_from(draw: &MovingDraw, num_probes: usize) -> (Estimate, bool) {
     let is_in_lanes = matches!(draw.kernels, Kernels::Lanes(_));
     // Only the scalar code's Interval bounds strata.
     let cells = (!is_in_lanes).then(|| Cells::of(draw.pattern));
     let k = f64::from(draw.pattern.tile());
     let (mut interval_tests, mut interleave_tests, mut boxes) = (0.0, 0.0, 0.0);
     let probes = Probes::of(&draw.grid, num_probes);
+    let mut num_seen = 0;
     for corners in (0..probes.num).map(|probe| probes.corners(&draw.grid, probe)) {
+        let mut is_seen = false;
         for path in paths(&draw.grid, corners) {
             let seen = path.share_within(&draw.samples.region) * path.duration;
+            is_seen |= seen > 0.0;
             interleave_tests += seen * path.tiles(k);
             match &cells {
                 Some(cells) => interval_tests += seen * path.pixels_of_stratum(cells),
                 None => boxes += path.pixels_in_all(&draw.samples.region),
             }
         }
+        num_seen += usize::from(is_seen);
     }
     let m = f64::from(draw.pattern.samples_per_pixel());
     let num_tuples = m * k * k;
@@ -102,15 +108,19 @@ fn estimate_from(draw: &MovingDraw, num_probes: usize) -> Estimate {
     let [first, last] = draw.times.map(f64::from);
     let part = ((last + 1.0 - first) / 32_768.0).clamp(0.0, 1.0);
     let fits = draw.pattern.tile() <= MAX_TILE;
+    let is_any_seen = num_seen > 0;
     if is_in_lanes {
         let interval = INTERVAL_NS[0] + INTERVAL_NS[1] * m * mean(boxes);
         let interval = if draw.grid.num_keys() > 2 { SCALAR * interval } else { interval };
         let interleave = num_tuples * (INTERLEAVE_NS[0] * part + INTERLEAVE_NS[1] * mean(interleave_tests));
-        return Estimate { interval, interleave: if fits { interleave } else { f64::INFINITY } };
+        return (
+            Estimate { interval, interleave: if fits { interleave } else { f64::INFINITY } },
+            is_any_seen,
+        );
     }
     let interval = m * (INTERVAL_OPS[0] * (part + 1.0 / m).min(1.0) + INTERVAL_OPS[1] * mean(interval_tests));
     let interleave = num_tuples * (INTERLEAVE_OPS[0] * part + INTERLEAVE_OPS[1] * mean(interleave_tests));
-    Estimate { interval, interleave: if fits { interleave } else { f64::INFINITY } }
+    (Estimate { interval, interleave: if fits { interleave } else { f64::INFINITY } }, is_any_seen)
 }
 
 /// Quads to look at, spread over a grid.

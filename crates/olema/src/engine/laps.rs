@@ -1,7 +1,7 @@
 //! Laps: what of a worker's time each stage takes.
 //!
 //! A stage lasts until the next one is entered, so that one look at the clock tells when the one ends and the other begins,
-//! and no time falls between them. There are a dozen changes of stage a grid.
+//! and no time falls between them. There are some six changes of stage a grid.
 
 use super::Hooks;
 use crate::stats::Seconds;

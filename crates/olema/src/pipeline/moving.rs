@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use crate::math::simd::{LANES, load, store};
 use crate::math::{Vec3Slice, Vec3s, transform};
-use crate::shading::DisplacementPoints;
+use crate::shading::{DisplacementPoints, surely_within};
 
 use super::border::Border;
 use super::displace::{DisplaceContext, Displacer};
@@ -347,9 +347,8 @@ impl DisplaceContext<'_, '_> {
     fn check(&self, primitive: u32, displacer: &Displacer, offsets: &mut Vec3s) {
         // A shader that keeps its word to the last bit may still be a rounding beyond it.
         let most = f64::from(displacer.bound) * 1.00001;
-        // In single precision first, with room for its roundings, where a square neither vanishes nor is infinite.
-        let square = (most * most * 0.999_99).min(f32::MAX.into()) as f32;
-        let surely = if square >= f32::MIN_POSITIVE { square } else { -1.0 };
+        // In single precision first.
+        let surely = surely_within(most * most);
         let num_within = self.frame.surfaces.level.run(
             #[inline(always)]
             || {

@@ -267,9 +267,7 @@ impl<'a> Surfaces<'a> {
         self.with(patch, |loaded| {
             for key in 0..num_keys {
                 out.push(match loaded {
-                    Loaded::Control(first, later) => {
-                        at_key(first, later, key).hull_in_lanes(self.level, u, v)
-                    }
+                    Loaded::Control(first, later) => at_key(first, later, key).hull(self.level, u, v),
                     Loaded::Limit(evaluator, limit) => limit.hull(evaluator, key, u, v),
                 });
             }
@@ -340,21 +338,8 @@ impl Surface {
         }
     }
 
-    /// Calls `visit` with points whose convex hull holds the surface over `u` x `v`.
-    pub fn hull(&self, u: [f32; 2], v: [f32; 2], mut visit: impl FnMut(Vec3)) {
-        fn all<P: ControlPoint>(points: &[P], visit: &mut impl FnMut(Vec3)) {
-            points.iter().for_each(|p| visit(p.position()));
-        }
-        match self {
-            Surface::Bilinear(s) => all(&s.restrict(u, v).0, &mut visit),
-            Surface::RationalBilinear(s) => all(&s.restrict(u, v).0, &mut visit),
-            Surface::Bicubic(s) => all(&s.restrict(u, v).0, &mut visit),
-            Surface::RationalBicubic(s) => all(&s.restrict(u, v).0, &mut visit),
-        }
-    }
-
-    /// [`Self::hull`] in lanes.
-    fn hull_in_lanes(&self, level: SimdLevel, u: [f32; 2], v: [f32; 2]) -> Hull {
+    /// Points whose convex hull holds the surface over `u` x `v`.
+    fn hull(&self, level: SimdLevel, u: [f32; 2], v: [f32; 2]) -> Hull {
         match self {
             Surface::Bilinear(s) => Hull::of(s.restrict(u, v).0),
             Surface::RationalBilinear(s) => Hull::of(s.restrict(u, v).0.map(ControlPoint::position)),

@@ -87,19 +87,17 @@ fn estimate_from(draw: &MovingDraw, num_probes: usize) -> (Estimate, bool) {
     let k = f64::from(draw.pattern.tile());
     let (mut interval_tests, mut interleave_tests, mut boxes) = (0.0, 0.0, 0.0);
     let probes = Probes::of(&draw.grid, num_probes);
-    let mut num_seen = 0;
+    let mut is_any_seen = false;
     for corners in (0..probes.num).map(|probe| probes.corners(&draw.grid, probe)) {
-        let mut is_seen = false;
         for path in paths(&draw.grid, corners) {
             let seen = path.share_within(&draw.samples.region) * path.duration;
-            is_seen |= seen > 0.0;
+            is_any_seen |= seen > 0.0;
             interleave_tests += seen * path.tiles(k);
             match &cells {
                 Some(cells) => interval_tests += seen * path.pixels_of_stratum(cells),
                 None => boxes += path.pixels_in_all(&draw.samples.region),
             }
         }
-        num_seen += usize::from(is_seen);
     }
     let m = f64::from(draw.pattern.samples_per_pixel());
     let num_tuples = m * k * k;
@@ -107,19 +105,16 @@ fn estimate_from(draw: &MovingDraw, num_probes: usize) -> (Estimate, bool) {
     // Strata and tuples of other times are not looked at.
     let [first, last] = draw.times.map(f64::from);
     let part = ((last + 1.0 - first) / 32_768.0).clamp(0.0, 1.0);
-    let fits = draw.pattern.tile() <= MAX_TILE;
-    let is_any_seen = num_seen > 0;
-    if is_in_lanes {
+    let [interval, interleave] = if is_in_lanes {
         let interval = INTERVAL_NS[0] + INTERVAL_NS[1] * m * mean(boxes);
         let interval = if draw.grid.num_keys() > 2 { SCALAR * interval } else { interval };
-        let interleave = num_tuples * (INTERLEAVE_NS[0] * part + INTERLEAVE_NS[1] * mean(interleave_tests));
-        return (
-            Estimate { interval, interleave: if fits { interleave } else { f64::INFINITY } },
-            is_any_seen,
-        );
-    }
-    let interval = m * (INTERVAL_OPS[0] * (part + 1.0 / m).min(1.0) + INTERVAL_OPS[1] * mean(interval_tests));
-    let interleave = num_tuples * (INTERLEAVE_OPS[0] * part + INTERLEAVE_OPS[1] * mean(interleave_tests));
+        [interval, num_tuples * (INTERLEAVE_NS[0] * part + INTERLEAVE_NS[1] * mean(interleave_tests))]
+    } else {
+        let bounds = INTERVAL_OPS[0] * (part + 1.0 / m).min(1.0);
+        let interval = m * (bounds + INTERVAL_OPS[1] * mean(interval_tests));
+        [interval, num_tuples * (INTERLEAVE_OPS[0] * part + INTERLEAVE_OPS[1] * mean(interleave_tests))]
+    };
+    let fits = draw.pattern.tile() <= MAX_TILE;
     (Estimate { interval, interleave: if fits { interleave } else { f64::INFINITY } }, is_any_seen)
 }
 

@@ -59,6 +59,14 @@ impl Balls {
     }
 }
 
+/// What the square of a length in single precision has to be at most to be below `square` whatever was rounded; below zero
+/// where squares may vanish, so that none is.
+#[inline(always)]
+pub(crate) fn surely_within(square: f64) -> f32 {
+    let square = (square * 0.999_99).min(f32::MAX.into()) as f32;
+    if square >= f32::MIN_POSITIVE { square } else { -1.0 }
+}
+
 /// A displacement shader with its parameters.
 pub trait DisplacementShader: Debug + Send + Sync {
     /// The name it was asked for by.

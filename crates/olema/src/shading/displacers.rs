@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::displacement::{Balls, DisplacementPoints, DisplacementShader};
+use super::displacement::{Balls, DisplacementPoints, DisplacementShader, surely_within};
 use super::octaves::{Cells, Fractal, Octave, fractal, octaves, waves};
 use super::params::Params;
 use super::texture::TextureImage;
@@ -110,30 +110,19 @@ impl Common {
         most * most
     }
 
-    /// Whether no offset is too long, nor anything but finite.
+    /// Whether surely no offset is too long, nor anything but finite: a look in single precision.
     #[inline(always)]
     fn fit(&self, [x, y, z]: &[[f32; LANES]; 3]) -> bool {
-        let longest = self.longest();
-        // In single precision first, with room for its roundings, where a square neither vanishes nor is infinite.
-        let surely = (longest * 0.999_99).min(f32::MAX.into()) as f32;
-        let surely = if surely >= f32::MIN_POSITIVE { surely } else { -1.0 };
+        let surely = surely_within(self.longest());
         let mut num_fit = 0;
         for lane in 0..LANES {
             let square = x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane];
             num_fit += u32::from(square <= surely);
         }
-        if num_fit == LANES as u32 {
-            return true;
-        }
-        let mut fit = true;
-        for lane in 0..LANES {
-            let [x, y, z] = [f64::from(x[lane]), f64::from(y[lane]), f64::from(z[lane])];
-            fit &= x * x + y * y + z * z <= longest;
-        }
-        fit
+        num_fit == LANES as u32
     }
 
-    /// Shortens offsets to the bound; where one is not finite, none is left.
+    /// Shortens offsets that are too long to the bound; where one is not finite, none is left.
     #[cold]
     fn bound(&self, offsets: &mut [[f32; LANES]; 3]) {
         for lane in 0..LANES {

@@ -25,6 +25,7 @@ use crate::error::Error;
 use crate::math::Vec3s;
 use crate::math::simd::{LANES, SimdLevel};
 
+pub(crate) use displacement::surely_within;
 pub use displacement::{Balls, DisplacementPoints, DisplacementShader, ROUNDING};
 pub use displacers::{DISPLACEMENTS, Images};
 pub use light::LIGHTS;

@@ -6,6 +6,7 @@ use conformance::goldens::{check, draw};
 use conformance::scenes::{self, small};
 use olema::image::{Filter, FilterKind};
 use olema::scene::{Attributes, Projection, ShadingInterpolation, Sides};
+use olema::shading::TextureImage;
 use olema::{Scene, Settings};
 
 fn golden(name: &str, scene: &Scene, settings: &Settings) {
@@ -143,18 +144,35 @@ fn subdivision_surfaces() {
 
 #[test]
 fn displacement() {
-    use olema::shading::{DISPLACEMENTS, ShaderParam as Param, displacement};
+    use olema::shading::{DISPLACEMENTS, ShaderParam as Param, displacement_with_images};
     golden("displaced", &scenes::displaced(), &small(128, 96, [4, 4]));
-    for name in DISPLACEMENTS.iter().filter(|name| !matches!(**name, "image" | "bumpy")) {
+    for name in DISPLACEMENTS.iter().filter(|name| **name != "bumpy") {
         for bump in [0.0, 1.0] {
             let mut scene = scenes::mesh(conformance::shapes::cube());
-            let params = [Param::float("amplitude", 0.2), Param::float("bump", bump)];
-            let made = displacement(name, &params).expect("a standard displacement");
-            edit(&mut scene, |_, attributes| attributes.displacement = Some(made.shader.clone()));
+            let mut params = vec![Param::float("amplitude", 0.2), Param::float("bump", bump)];
+            if *name == "image" {
+                params.push(Param::string("texturename", "disc and stripes"));
+            }
+            let made = displacement_with_images(name, &params, &|_| Ok(disc_and_stripes()));
+            let shader = made.expect("a standard displacement").shader;
+            edit(&mut scene, |_, attributes| attributes.displacement = Some(shader.clone()));
             let suffix = if bump > 0.0 { "_bump" } else { "" };
             golden(&format!("displacement_{name}{suffix}"), &scene, &small(64, 48, [4, 4]));
         }
     }
+}
+
+/// An image that tells s from t and 0 from 1: a disc in one quarter, stripes in another. 256 x 128 texels are several for
+/// each micropolygon of a small picture, so that it is filtered.
+fn disc_and_stripes() -> Arc<TextureImage> {
+    let height = |n: u16| {
+        let (s, t) = (f32::from(n % 256) / 256.0, f32::from(n / 256) / 128.0);
+        let is_disc = (s - 0.25).powi(2) + (t - 0.25).powi(2) < 0.04;
+        let is_stripe = s > 0.5 && t > 0.5 && (s * 12.0) as u32 % 2 == 1;
+        f32::from(u8::from(is_disc || is_stripe))
+    };
+    let texels: Vec<f32> = (0..256 * 128).map(height).collect();
+    Arc::new(TextureImage::new(256, 128, &texels).expect("one value a texel"))
 }
 
 #[test]

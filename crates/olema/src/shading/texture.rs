@@ -6,7 +6,7 @@
 //! Many places at a time: [`texture_lanes`](super::texture_lanes).
 
 use crate::error::Error;
-use crate::math::{function, reduce};
+use crate::math::reduce;
 
 /// One channel of an image, with its pyramid.
 #[derive(Debug, Clone)]
@@ -84,13 +84,11 @@ impl TextureImage {
         }
         let [columns, rows] = self.size();
         let texels = (width[0] * columns as f32).max(width[1] * rows as f32);
-        let last = self.levels.len() - 1;
-        let lod = if texels > 1.0 { function::log2(texels).min(last as f32) } else { 0.0 };
-        let (level, part) = (lod as usize, lod - (lod as usize) as f32);
+        let (level, part) = level_of(texels, self.levels.len() as u32 - 1);
         let st = st.map(fraction);
-        let fine = self.levels[level].at(st);
+        let fine = self.levels[level as usize].at(st);
         let value =
-            if part > 0.0 { fine + (self.levels[(level + 1).min(last)].at(st) - fine) * part } else { fine };
+            if part > 0.0 { fine + (self.levels[level as usize + 1].at(st) - fine) * part } else { fine };
         Some(value.clamp(self.range[0], self.range[1]))
     }
 }
@@ -131,25 +129,25 @@ impl Level {
     fn at(&self, [s, t]: [u32; 2]) -> f32 {
         let (x, y) = (texel(s, self.width as u32), texel(t, self.height as u32));
         let first = y.0 as usize * (self.width + EDGE) + x.0 as usize;
-        let ([a, b, c, _], along) = (self.columns(first, weights(y.1)), weights(x.1));
+        let ([a, b, c, _], along) = (columns(self.rows(), first, weights(y.1)), weights(x.1));
         along[0] * a + along[1] * b + along[2] * c
     }
 
-    /// Sums of three texels above each other with weights, for four columns from `first` on.
+    /// All texels, those a row below and those two below: as many of each.
     #[inline(always)]
-    pub(super) fn columns(&self, first: usize, weights: [f32; 3]) -> [f32; 4] {
+    pub(super) fn rows(&self) -> [&[f32]; 3] {
         let stride = self.width + EDGE;
-        let mut sums = [0.0; 4];
-        let rows = [
-            &self.data[first..][..4],
-            &self.data[first + stride..][..4],
-            &self.data[first + 2 * stride..][..4],
-        ];
-        for (column, sum) in sums.iter_mut().enumerate() {
-            *sum = weights[0] * rows[0][column] + weights[1] * rows[1][column] + weights[2] * rows[2][column];
-        }
-        sums
+        let len = self.data.len() - 2 * stride;
+        [0, 1, 2].map(|row| &self.data[row * stride..][..len])
     }
+}
+
+/// Sums of three texels above each other with weights, for four columns from `first` on.
+#[inline(always)]
+pub(super) fn columns(rows: [&[f32]; 3], first: usize, weights: [f32; 3]) -> [f32; 4] {
+    // Of one length, so that one look at it is enough.
+    let [a, b, c] = rows.map(|row| &row[first..first + 4]);
+    std::array::from_fn(|column| weights[0] * a[column] + weights[1] * b[column] + weights[2] * c[column])
 }
 
 /// Mean of part `ix` of `parts` equal parts of `len` values, `parts <= len`.
@@ -162,6 +160,16 @@ fn mean(len: usize, parts: usize, ix: usize, value: impl Fn(usize) -> f32) -> f3
         sum += value(j) * (overlap as f32 / len as f32);
     }
     sum
+}
+
+/// The level of a pyramid for a filter that is so many texels of the finest one wide, and how much of the next one is
+/// mixed in, 0 to 1: in proportion to the width between the levels' own, the powers of 2. `last` is the coarsest one.
+#[inline(always)]
+pub(super) fn level_of(texels: f32, last: u32) -> (u32, f32) {
+    let bits = if texels > 1.0 { texels.to_bits() } else { 1.0f32.to_bits() };
+    let level = (bits >> 23) - 127;
+    let part = f32::from_bits(bits & 0x007f_ffff | 1.0f32.to_bits()) - 1.0;
+    if level < last { (level, part) } else { (last, 0.0) }
 }
 
 /// Where a place is within its repetition of an image, in 1/2^32 of its side.

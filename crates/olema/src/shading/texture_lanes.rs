@@ -5,9 +5,7 @@
 
 #![allow(clippy::needless_range_loop)] // A loop over lanes reads as what it becomes.
 
-use super::texture::{EDGE, Level, TextureImage, fraction, texel, weights};
-use crate::math::function;
-use crate::math::reduce::floor;
+use super::texture::{EDGE, Level, TextureImage, columns, fraction, level_of, texel, weights};
 use crate::math::simd::LANES;
 
 impl TextureImage {
@@ -20,11 +18,7 @@ impl TextureImage {
         let (mut fine, mut coarse, mut part) = ([0u32; LANES], [0u32; LANES], [0.0f32; LANES]);
         let (mut first_level, mut last_level) = (u32::MAX, 0);
         for lane in 0..LANES {
-            let texels = (width[0][lane] * columns).max(width[1][lane] * rows);
-            let log = function::log2(texels).min(last as f32);
-            let lod = if texels > 1.0 { log } else { 0.0 };
-            fine[lane] = floor(f64::from(lod)).0;
-            part[lane] = lod - fine[lane] as i32 as f32;
+            (fine[lane], part[lane]) = level_of((width[0][lane] * columns).max(width[1][lane] * rows), last);
             coarse[lane] = fine[lane] + u32::from(part[lane] > 0.0);
             first_level = first_level.min(fine[lane]);
             last_level = last_level.max(coarse[lane]);
@@ -55,10 +49,12 @@ impl TextureImage {
         let mut value = [0.0f32; LANES];
         for lane in 0..LANES {
             let between = finer[lane] + (coarser[lane] - finer[lane]) * part[lane];
-            let between = if part[lane] > 0.0 { between } else { finer[lane] };
             let is_place = st[0][lane].is_finite() & st[1][lane].is_finite();
             let is_there = is_place & !width[0][lane].is_nan() & !width[1][lane].is_nan();
-            value[lane] = if is_there { between.clamp(least, most) } else { f32::NAN };
+            // Not `clamp`, whose check of the range would end the loop early.
+            let within = if between < least { least } else { between };
+            let within = if within > most { most } else { within };
+            value[lane] = if is_there { within } else { f32::NAN };
         }
         value
     }
@@ -78,14 +74,15 @@ impl Level {
         for lane in 0..LANES {
             [across[0][lane], across[1][lane], across[2][lane]] = weights(y[lane]);
         }
-        let mut columns = [[0.0f32; 4]; LANES];
+        let mut sums = [[0.0f32; 4]; LANES];
+        let rows = self.rows();
         for lane in 0..LANES {
             let weights = [across[0][lane], across[1][lane], across[2][lane]];
-            columns[lane] = self.columns(first[lane] as usize, weights);
+            sums[lane] = columns(rows, first[lane] as usize, weights);
         }
         let mut sum = [0.0f32; LANES];
         for lane in 0..LANES {
-            let [a, b, c, _] = columns[lane];
+            let [a, b, c, _] = sums[lane];
             let along = weights(x[lane]);
             sum[lane] = along[0] * a + along[1] * b + along[2] * c;
         }

@@ -8,6 +8,7 @@ use olema::engine::grids;
 use olema::geometry::subdivision::{EdgeKind, LimitSurface};
 use olema::pipeline::piece::{PieceKind, Sabotage};
 use olema::pipeline::sample::DrawContext;
+use olema::pipeline::waiting::RasterLists;
 use olema::pipeline::{Grid, Piece};
 use olema::sampling::inside::edge;
 use olema::sampling::inside::{HitPoint, Weights};
@@ -77,7 +78,7 @@ impl CrackReport {
             self.moving += 1;
             self.keys += u64::from(grid.keys);
         }
-        self.defocused += u64::from(!grid.coc.is_empty());
+        self.defocused += u64::from(!grid.on_raster.coc.is_empty());
         let lines = [m, n, m, n];
         self.unequal += piece
             .sides
@@ -87,9 +88,9 @@ impl CrackReport {
             .count() as u64;
         let (columns, rows) = (grid.m as usize, grid.n as usize);
         let at = |i: usize, j: usize| j * (columns + 1) + i;
-        let is_point = |vertices: Vec<usize>| {
-            vertices.windows(2).all(|v| grid.x[v[0]] == grid.x[v[1]] && grid.y[v[0]] == grid.y[v[1]])
-        };
+        let RasterLists { x, y, .. } = &grid.on_raster;
+        let is_point =
+            |vertices: Vec<usize>| vertices.windows(2).all(|v| x[v[0]] == x[v[1]] && y[v[0]] == y[v[1]]);
         let sides = [
             (0..=columns).map(|i| at(i, 0)).collect(),
             (0..=rows).map(|j| at(columns, j)).collect(),
@@ -162,8 +163,9 @@ pub fn signed_hits(scene: &Scene, settings: &Settings, broken: Option<Broken>) -
             rasterize_inclusive(context, grid, samples, counts);
             return;
         }
+        let mut room = RasterLists::default();
         let draw = MovingDraw {
-            grid: context.moving(grid),
+            grid: context.moving(grid, &mut room),
             pattern: context.pattern,
             samples,
             facing: Facing::Any,
@@ -209,7 +211,8 @@ fn rasterize_inclusive(
     samples: &RegionSamples,
     counts: &mut SignedCounts,
 ) {
-    let moving = context.moving(grid);
+    let mut room = RasterLists::default();
+    let moving = context.moving(grid, &mut room);
     let per_pixel = samples.samples_per_pixel();
     let last_time = context.pattern.tuples().iter().map(|tuple| tuple.t15).max().unwrap_or(0);
     let all_times = [0, last_time].map(|t15| moving.times.locate(t15));

@@ -44,8 +44,9 @@ impl Sizes {
     fn add(&mut self, grid: &Grid) {
         self.count += grid.num_micropolygons() as u64;
         for micropolygon in 0..grid.num_micropolygons() {
-            let [a, b, c, d] =
-                grid.corners(micropolygon).map(|v| [grid.x[v], grid.y[v]].map(|c| f64::from(c) / 256.0));
+            let [a, b, c, d] = grid
+                .corners(micropolygon)
+                .map(|v| [grid.on_raster.x[v], grid.on_raster.y[v]].map(|c| f64::from(c) / 256.0));
             let to = |p: [f64; 2], q: [f64; 2]| [q[0] - p[0], q[1] - p[1]];
             let cross = |p: [f64; 2], q: [f64; 2]| (p[0] * q[1] - p[1] * q[0]).abs();
             let length = |p: [f64; 2]| p[0].hypot(p[1]);

@@ -24,7 +24,7 @@ fn outside(scene: &Scene, settings: &Settings) -> (usize, i32, usize) {
                     values.iter().fold((i32::MAX, i32::MIN), |(a, b), &v| (a.min(v), b.max(v)));
                 [least >> 8, most >> 8]
             };
-            let ([x0, x1], [y0, y1]) = (of(&grid.x), of(&grid.y));
+            let ([x0, x1], [y0, y1]) = (of(&grid.on_raster.x), of(&grid.on_raster.y));
             let apart = match bounds.first() {
                 Some(bound) => {
                     let [px0, px1, py0, py1] = to_pixels(bound.sweep.whole());

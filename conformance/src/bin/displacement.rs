@@ -234,7 +234,7 @@ impl Canvas {
 
     fn put_vertices(&mut self, grid: &Grid, colors: &Colors) {
         for v in 0..grid.num_vertices() {
-            let [x, y] = [grid.x[v] >> 8, grid.y[v] >> 8];
+            let [x, y] = [grid.on_raster.x[v] >> 8, grid.on_raster.y[v] >> 8];
             if (0..self.size[0] as i32).contains(&x) && (0..self.size[1] as i32).contains(&y) {
                 self.color = colors.color[v].truncate().to_array();
                 self.put(y as usize * self.size[0] + x as usize, grid.depth[v]);
@@ -277,7 +277,7 @@ fn pictures(dir: &Path) -> Result<(), Box<dyn Error>> {
                 return;
             }
             let (m, n) = (grid.m as usize, grid.n as usize);
-            let view = GridView { m, n, x: &grid.x, y: &grid.y, depth: &grid.depth };
+            let view = GridView { m, n, x: &grid.on_raster.x, y: &grid.on_raster.y, depth: &grid.depth };
             let mut sink = Sink { canvas: &mut canvas, grid, colors };
             rasterize_grid(view, Facing::Any, None, &samples, &mut SampleCounts::default(), &mut sink);
         })?;

@@ -51,8 +51,13 @@ pub fn measure(scene: &Scene, resolution: [u32; 2]) -> Result<Measured, Error> {
     let mut weighted_motion = 0.0;
     let mut num_hits = 0;
     let stats = grids(scene, &settings, None, |_, grid, _, _| {
-        let view =
-            GridView { m: grid.m as usize, n: grid.n as usize, x: &grid.x, y: &grid.y, depth: &grid.depth };
+        let view = GridView {
+            m: grid.m as usize,
+            n: grid.n as usize,
+            x: &grid.on_raster.x,
+            y: &grid.on_raster.y,
+            depth: &grid.depth,
+        };
         let skip = grid.has_slow().then_some(grid.slow.is_slow.as_slice());
         let mut counts = SampleCounts::default();
         rasterize_grid(view, Facing::Any, skip, &samples, &mut counts, &mut hits);

@@ -14,6 +14,7 @@ use crate::pipeline::sample::{DrawContext, TileBuffers};
 use crate::pipeline::shade::{Colors, ShadedGrid};
 use crate::pipeline::slots::{GridSlots, SlotsFull, UsedVertices};
 use crate::pipeline::split::{Fate, SplitContext};
+use crate::pipeline::waiting::RasterLists;
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{Kernels, RegionSamples, SampleBuffer, TransparentRecords};
 use crate::scene::Scene;
@@ -113,6 +114,7 @@ impl<'a> Bench<'a> {
             slots: GridSlots::default(),
             used: UsedVertices::default(),
             counts: SampleCounts::default(),
+            room: RasterLists::default(),
         };
         let context = DrawContext { kernels, ..frame.draw_context() };
         for (grid, colors) in grids {

@@ -19,6 +19,7 @@ use crate::pipeline::shade::{Colors, ShadeLists, ShadedCount, ShadedGrid, Vertex
 use crate::pipeline::slots::{GridSlots, UsedVertices};
 use crate::pipeline::split::{JUDGED_LOG, SplitContext};
 use crate::pipeline::sweep::{Sweep, to_pixels};
+use crate::pipeline::waiting::RasterLists;
 use crate::pipeline::workspace::Workspace;
 use crate::sampling::nomotion::SampleCounts;
 use crate::sampling::{Region, RegionSamples, SampleBuffer, TransparentRecords};
@@ -81,6 +82,7 @@ impl<'a> TileWorker<'a> {
             slots: GridSlots::default(),
             used: UsedVertices::default(),
             counts: SampleCounts::default(),
+            room: RasterLists::default(),
         };
         TileWorker {
             frame,
@@ -264,7 +266,7 @@ impl<'a> TileWorker<'a> {
         };
         self.enter(Stage::Dice);
         let Some(last_tile) = self.frame.last_of_several_tiles(sweep) else {
-            return self.make(piece, false);
+            return self.make(piece, false, false);
         };
         let patch = &self.frame.patches.patches[piece.patch as usize];
         let key =
@@ -273,16 +275,17 @@ impl<'a> TileWorker<'a> {
         let num_keys = self.frame.patches.num_keys(piece.patch) as u64;
         let bytes = num_vertices * (VERTEX_BYTES + KEY_BYTES * num_keys) + size_of::<ShadedGrid>() as u64;
         match self.cache.look_up(&key, last_tile, bytes) {
-            Lookup::Shared(shared) => Arc::clone(shared.get_or_init(|| self.make(piece, false))),
-            Lookup::Alone { again } => self.make(piece, again),
+            Lookup::Shared(shared) => Arc::clone(shared.get_or_init(|| self.make(piece, false, true))),
+            Lookup::Alone { again } => self.make(piece, again, false),
         }
     }
 
-    fn make(&mut self, piece: &Piece, again: bool) -> Arc<ShadedGrid> {
+    /// Makes a grid: again or not, and for one tile or to wait for others.
+    fn make(&mut self, piece: &Piece, again: bool, waits: bool) -> Arc<ShadedGrid> {
         let frame = self.frame;
         let primitive_ix = frame.patches.patches[piece.patch as usize].primitive as usize;
         let context = &self.context;
-        let diced = dice(&frame.displace_context(context, &self.corrections, &self.workspace), piece);
+        let mut diced = dice(&frame.displace_context(context, &self.corrections, &self.workspace), piece);
         let stats = &mut self.stats;
         let num_vertices = diced.grid.num_vertices() as u64;
         stats.grids += 1;
@@ -292,6 +295,10 @@ impl<'a> TileWorker<'a> {
         stats.diced_points_again += if again { num_vertices } else { 0 };
         stats.eye_edges += piece.sides.iter().filter(|side| context.stops_at_eye(side)).count() as u64;
         count_areas(context.surfaces.level, &diced.grid, &mut stats.area_histogram);
+        if waits {
+            let lists = diced.grid.pack(context.surfaces.level, std::mem::take(&mut diced.left.packed));
+            self.workspace.borrow_mut().spare.keep_on_raster(lists);
+        }
         let grid = ShadedGrid::new(diced, frame.shader(primitive_ix).surface);
         Arc::new(grid)
     }

@@ -20,7 +20,7 @@ pub fn count_areas(level: SimdLevel, grid: &Grid, histogram: &mut [u64; 16]) {
     let [x0, x1, y0, y1] = grid.sweep.first();
     let fits = x1 - x0 < MOST_APART_PX && y1 - y0 < MOST_APART_PX;
     let num_corners = grid.n as usize * (grid.m as usize + 1) - 1;
-    let (x, y) = (&grid.x[..num], &grid.y[..num]);
+    let (x, y) = (&grid.on_raster.x[..num], &grid.on_raster.y[..num]);
     if grid.has_slow() || num_corners < LANES || !fits {
         (0..grid.num_micropolygons()).for_each(|ix| count_area(grid, ix, histogram));
     } else {
@@ -33,7 +33,8 @@ fn count_area(grid: &Grid, micropolygon: usize, histogram: &mut [u64; 16]) {
     if grid.is_slow(micropolygon) {
         return;
     }
-    let [a, b, c, d] = grid.corners(micropolygon).map(|v| [i64::from(grid.x[v]), i64::from(grid.y[v])]);
+    let [a, b, c, d] =
+        grid.corners(micropolygon).map(|v| [i64::from(grid.on_raster.x[v]), i64::from(grid.on_raster.y[v])]);
     let twice = |p: [i64; 2], q: [i64; 2], r: [i64; 2]| {
         ((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])).unsigned_abs()
     };
@@ -131,12 +132,13 @@ mod tests {
         let mut grid = Grid { m, n, keys: 1, ..Grid::empty(key, look, num) };
         for vertex in 0..num as u32 {
             let jitter = |n: u32| (hash32(2 * vertex + n) % (size + 1)) as i32;
-            grid.x.push((vertex % (m + 1) * size) as i32 + jitter(0) - 9_000);
-            grid.y.push((vertex / (m + 1) * size) as i32 + jitter(1) + 70_000);
+            grid.on_raster.x.push((vertex % (m + 1) * size) as i32 + jitter(0) - 9_000);
+            grid.on_raster.y.push((vertex / (m + 1) * size) as i32 + jitter(1) + 70_000);
         }
         grid.depth.resize(num, 1.0);
         let reach = |values: &[i32]| [*values.iter().min().unwrap(), *values.iter().max().unwrap()];
-        let reach = Reach { x: reach(&grid.x), y: reach(&grid.y), coc: [0; 2], near: 1.0 };
+        let reach =
+            Reach { x: reach(&grid.on_raster.x), y: reach(&grid.on_raster.y), coc: [0; 2], near: 1.0 };
         grid.sweep = Sweep::of_keys(&[extent(&reach)], &[0.0]);
         grid
     }

@@ -53,14 +53,16 @@ pub struct Border {
     /// Patch and first place of each run of places that were put behind the lattice's own.
     runs: Vec<(u32, u32)>,
     summands: Vec<Summand>,
+    /// Vertices of an edge or corner that are not what the lattice has for them.
+    elsewhere: Vec<(u32, PointRef)>,
     /// Normals that `points` are displaced along; none where they are not.
     pub normals: Vec3s,
 }
 
 impl Border {
-    /// Finds the owners of a lattice's border vertices. Where it is `displaced`, these are all vertices on welded edges and
-    /// corners, with the normals that meet there, but for what is recalled; else only those that lie at another place than
-    /// the lattice has for them.
+    /// Finds the owners of a lattice's border vertices. Where it is `displaced`, these are vertices on welded edges and
+    /// corners, with the normals that meet there, but for what is recalled and for what the lattice has already, being the
+    /// owner; else only those that lie at another place than the lattice has for them.
     pub fn collect(
         &mut self,
         context: &DisplaceContext,
@@ -73,6 +75,7 @@ impl Border {
         self.summands.clear();
         self.normals.clear();
         let border = std::mem::take(&mut lattice.border);
+        let mut elsewhere = std::mem::take(&mut self.elsewhere);
         match displaced {
             None => border.iter().for_each(|&at| self.add_owner(context, patch, lattice, at)),
             Some(recall) => {
@@ -84,9 +87,20 @@ impl Border {
                     if may_recall && recall.knows(ix, run, num_keys) {
                         continue;
                     }
-                    match run[0].1 {
-                        PointRef::Edge { edge, denominator, .. } if !is_broken(context) => {
-                            self.add_edge(context, patch, lattice, run, (edge, denominator));
+                    let run = if is_displaced_alike(context, patch, run[0].1) {
+                        let is_elsewhere = |&(vertex, point): &(u32, PointRef)| {
+                            context.frame.place(patch, point) != (patch, lattice.place(vertex))
+                        };
+                        elsewhere.clear();
+                        elsewhere.extend(run.iter().copied().filter(is_elsewhere));
+                        &elsewhere
+                    } else {
+                        run
+                    };
+                    match run {
+                        [] => (),
+                        [(_, PointRef::Edge { edge, denominator, .. }), ..] if !is_broken(context) => {
+                            self.add_edge(context, patch, lattice, run, (*edge, *denominator));
                         }
                         _ => run.iter().for_each(|&at| self.add(context, patch, lattice, at)),
                     }
@@ -94,6 +108,7 @@ impl Border {
             }
         }
         lattice.border = border;
+        self.elsewhere = elsewhere;
     }
 
     /// Places that were put behind the lattice's own, up to `end`, by patch.
@@ -238,6 +253,21 @@ impl Border {
             sums.set(ix, normal);
         }
     }
+}
+
+/// Whether what a patch has at a point of an edge or corner is displaced as the owner's is, if it is the owner: by one
+/// normal, with the same width.
+fn is_displaced_alike(context: &DisplaceContext, patch: u32, point: PointRef) -> bool {
+    let edges = context.frame.edges;
+    let has_one_normal = match point {
+        PointRef::Edge { edge, .. } => {
+            let [first, second] = edges.edges[edge as usize].owners;
+            edges.edge_users(edge).is_none() && first == second
+        }
+        PointRef::Corner(corner) => edges.corner_users(corner).is_none(),
+        PointRef::Inside(_) => false,
+    };
+    has_one_normal && !is_broken(context) && context.border_rate(patch, point) == context.shading_rate(patch)
 }
 
 /// Whether points are displaced along the normals of the patch that asks.

@@ -166,15 +166,13 @@ fn empty_grid(frame: &SplitContext, piece: &Piece, look: Look, spare: &mut Spare
     let room = num_vertices * frame.patches.num_keys(piece.patch);
     let mut lists = spare.take(room);
     let mut grid = Grid { m, n, motion: patch.motion, ..Grid::empty(key, look, 0) };
-    std::mem::swap(&mut grid.x, &mut lists.x);
-    std::mem::swap(&mut grid.y, &mut lists.y);
+    std::mem::swap(&mut grid.on_raster, &mut lists.on_raster);
     std::mem::swap(&mut grid.depth, &mut lists.depth);
-    std::mem::swap(&mut grid.coc, &mut lists.coc);
-    grid.x.reserve_exact(room);
-    grid.y.reserve_exact(room);
+    grid.on_raster.x.reserve_exact(room);
+    grid.on_raster.y.reserve_exact(room);
     grid.depth.reserve_exact(room);
     if frame.camera.lens.is_some() {
-        grid.coc.reserve_exact(room);
+        grid.on_raster.coc.reserve_exact(room);
     }
     (grid, lists)
 }

@@ -11,6 +11,7 @@ use crate::scene::{ShadingInterpolation, Sides};
 
 use super::key_extent::{KeyExtent, sweep};
 use super::sweep::{Extent, Sweep, TimeRange};
+use super::waiting::{Packed, RasterLists};
 
 /// More than the rounding of positions: each of their terms is rounded to 1/256 of a pixel.
 const ROUNDING_PX: f32 = 1.0 / 64.0;
@@ -44,14 +45,12 @@ pub struct Grid {
     pub keys: u32,
     /// Its set of key times, of [`super::motion::KeyTimes::sets`].
     pub motion: u32,
-    /// Raster x in 1/256 pixels, per key and vertex.
-    pub x: Vec<i32>,
-    /// Raster y, down.
-    pub y: Vec<i32>,
+    /// Where vertices are on the raster, and their circles of confusion, empty without a lens; nothing where that is packed.
+    pub on_raster: RasterLists,
+    /// The same, where the grid waits.
+    pub packed: Option<Packed>,
     /// Depth in camera space.
     pub depth: Vec<f32>,
-    /// Signed radius of the circle of confusion in 1/256 pixels; empty without a lens.
-    pub coc: Vec<i32>,
     /// Vertices on the slow path.
     pub slow: SlowVertices,
     /// How its micropolygons are drawn.
@@ -102,10 +101,13 @@ impl Grid {
             n: 0,
             keys: 0,
             motion: 0,
-            x: Vec::with_capacity(capacity),
-            y: Vec::with_capacity(capacity),
+            on_raster: RasterLists {
+                x: Vec::with_capacity(capacity),
+                y: Vec::with_capacity(capacity),
+                coc: Vec::new(),
+            },
+            packed: None,
             depth: Vec::with_capacity(capacity),
-            coc: Vec::new(),
             slow: SlowVertices::default(),
             look,
             sweep: Sweep::default(),
@@ -126,8 +128,9 @@ impl Grid {
         } else {
             self.sweep = Sweep::of_keys(keys, key_times);
         }
-        if self.coc.iter().all(|&coc| coc == 0) {
-            self.coc.clear();
+        let coc = &mut self.on_raster.coc;
+        if coc.iter().all(|&coc| coc == 0) {
+            coc.clear();
         }
     }
 
@@ -138,7 +141,8 @@ impl Grid {
 
     /// Whether it moves or is out of focus.
     pub fn is_blurred(&self) -> bool {
-        self.keys > 1 || !self.coc.is_empty()
+        let is_sharp = self.packed.as_ref().map_or(self.on_raster.coc.is_empty(), |packed| packed.is_sharp());
+        self.keys > 1 || !is_sharp
     }
 
     /// Whether any vertex takes the slow path.

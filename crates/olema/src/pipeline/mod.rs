@@ -48,6 +48,7 @@ pub mod spare;
 pub mod split;
 mod surface_lists;
 pub mod sweep;
+pub mod waiting;
 pub mod weld;
 pub mod workspace;
 

@@ -5,6 +5,8 @@
 //! again, and a sample of a blurred surface costs what one of a still surface does. Every sum runs over rows, columns and
 //! samples in this order, whatever the tile, so that a pixel has the same bits in every tiling.
 
+use std::ops::Range;
+
 use glam::Vec4;
 
 use crate::image::Filter;
@@ -57,8 +59,10 @@ impl SampleColor {
 pub struct SampleColors {
     /// What is in front of the nearest opaque surfaces; empty where nothing is.
     in_front: Vec<SampleColor>,
-    /// Colour and alpha.
+    /// Colour and alpha, of rows of pixels that are filtered now: those of a tile would fill the cache.
     rgba: Vec<Vec4>,
+    /// The first of these samples, and the one behind the last one.
+    held: Range<usize>,
     /// Depth of the nearest surface of any kind, where something is in front.
     depth: Vec<f32>,
     /// Whether anything was hit in each pixel.
@@ -103,20 +107,50 @@ impl SampleColors {
         if self.in_front.is_empty() && table.is_mean {
             return mean_pixels(buffers, &looked_up, interior, pixels);
         }
-        self.composite_opaque(buffers, &looked_up);
-        self.filter(table, buffers, interior, pixels);
+        self.renew_rows(buffers);
+        let region = buffers.nearest.region();
+        let row = |y: i32| (y - region.y0) as usize * region.width() * buffers.nearest.samples_per_pixel();
+        for first in (interior.y0..interior.y1).step_by(ROWS as usize) {
+            let rows = Region { y0: first, y1: (first + ROWS).min(interior.y1), ..interior };
+            self.hold(buffers, &looked_up, row(rows.y0 - table.radius[1])..row(rows.y1 + table.radius[1]));
+            self.filter(table, buffers, rows, pixels);
+        }
     }
 
-    /// Puts the nearest opaque surfaces behind everything.
-    fn composite_opaque(&mut self, buffers: &TileBuffers, looked_up: &[SlotColors]) {
+    /// Holds no rows.
+    fn renew_rows(&mut self, buffers: &TileBuffers) {
+        self.rgba.clear();
+        self.held = 0..0;
+        let len = buffers.nearest.len();
         self.is_hit.clear();
-        let (_, payloads, weights) = buffers.nearest.lists(0..buffers.nearest.len());
+        self.is_hit.resize(len / buffers.nearest.samples_per_pixel(), !self.in_front.is_empty());
+        self.depth.clear();
+        if !self.in_front.is_empty() {
+            self.depth.extend_from_slice(buffers.nearest.depths());
+        }
+    }
+
+    /// Composites samples of whole rows up to the last one wanted, and lets go of those before the first. Rows come in
+    /// order, each once.
+    fn hold(&mut self, buffers: &TileBuffers, looked_up: &[SlotColors], wanted: Range<usize>) {
+        let num_gone = (wanted.start - self.held.start).min(self.rgba.len());
+        self.rgba.drain(..num_gone);
+        let new = self.held.end.max(wanted.start)..wanted.end;
+        self.held = wanted;
+        self.composite_opaque(buffers, looked_up, new);
+    }
+
+    /// Puts the nearest opaque surfaces behind everything, for samples behind those that are held.
+    fn composite_opaque(&mut self, buffers: &TileBuffers, looked_up: &[SlotColors], new: Range<usize>) {
+        let (_, payloads, weights) = buffers.nearest.lists(new.clone());
+        let per_pixel = buffers.nearest.samples_per_pixel();
         let is_hit = |pixel: &[i32]| pixel.iter().any(|&payload| Payload(payload as u32) != Payload::NONE);
-        let pixels = payloads.chunks_exact(buffers.nearest.samples_per_pixel());
-        self.is_hit.extend(pixels.map(|pixel| !self.in_front.is_empty() || is_hit(pixel)));
-        self.rgba.resize(payloads.len(), Vec4::ZERO);
-        let samples =
-            self.rgba.chunks_mut(UNPACKED).zip(payloads.chunks(UNPACKED)).zip(weights.chunks(UNPACKED));
+        let pixels = self.is_hit[new.start / per_pixel..].iter_mut().zip(payloads.chunks_exact(per_pixel));
+        pixels.for_each(|(to, pixel)| *to |= is_hit(pixel));
+        let first = self.rgba.len();
+        self.rgba.resize(first + payloads.len(), Vec4::ZERO);
+        let rgba = &mut self.rgba[first..];
+        let samples = rgba.chunks_mut(UNPACKED).zip(payloads.chunks(UNPACKED)).zip(weights.chunks(UNPACKED));
         SimdLevel::best().run(
             #[inline(always)]
             || {
@@ -125,7 +159,6 @@ impl SampleColors {
                     unpack(weights, &mut unpacked);
                     for ((rgba, &payload), &weights) in rgba.iter_mut().zip(payloads).zip(&unpacked) {
                         let payload = Payload(payload as u32);
-                        *rgba = Vec4::ZERO;
                         if payload != Payload::NONE {
                             let slot = &looked_up[payload.slot() as usize];
                             *rgba = slot.at(payload, weights).with_w(slot.covers as f32);
@@ -137,20 +170,19 @@ impl SampleColors {
         if self.in_front.is_empty() {
             return;
         }
-        self.depth.clear();
-        self.depth.extend_from_slice(buffers.nearest.depths());
-        for ((sample, rgba), depth) in self.in_front.iter_mut().zip(&mut self.rgba).zip(&mut self.depth) {
+        let in_front = self.in_front[new.clone()].iter_mut();
+        for ((sample, rgba), depth) in in_front.zip(&mut self.rgba[first..]).zip(&mut self.depth[new]) {
             sample.behind(rgba.truncate().to_array(), [rgba.w; 3], *depth);
             *depth = sample.depth;
             *rgba = Vec4::from_array(sample.rgba());
         }
     }
 
-    /// Filters the pixels of `interior`, which lie in the larger region of the samples.
+    /// Filters the pixels of `interior`, all of whose samples are held.
     fn filter(&self, table: &FilterTable, buffers: &TileBuffers, interior: Region, pixels: &mut Vec<Pixel>) {
         let depth = if self.in_front.is_empty() { buffers.nearest.depths() } else { &self.depth };
         let (samples, is_hit) = (&buffers.samples, &self.is_hit[..]);
-        let filtered = Filtered { table, samples, depth, rgba: &self.rgba, is_hit };
+        let filtered = Filtered { table, samples, depth, rgba: &self.rgba, first: self.held.start, is_hit };
         SimdLevel::best().run(
             #[inline(always)]
             || {
@@ -359,6 +391,9 @@ impl FilterTable {
 /// A filtered pixel: r, g, b, a and depth.
 pub type Pixel = [f32; 5];
 
+/// Rows of pixels that are filtered before the samples of the next ones are composited.
+const ROWS: i32 = 8;
+
 /// Pixels that are filtered together. Each is a sum in a fixed order, where every step waits for the one before.
 const TOGETHER: usize = 4;
 
@@ -368,8 +403,10 @@ struct Filtered<'a> {
     samples: &'a RegionSamples,
     /// Depth of the samples.
     depth: &'a [f32],
-    /// Colour and alpha of the samples.
+    /// Colour and alpha of samples,
     rgba: &'a [Vec4],
+    /// from this one on.
+    first: usize,
     /// Whether anything was hit in each pixel.
     is_hit: &'a [bool],
 }
@@ -388,12 +425,12 @@ impl Filtered<'_> {
         for y in -table.radius[1]..=table.radius[1] {
             for x in -table.radius[0]..=table.radius[0] {
                 let first = samples.region.pixel_ix(px + x, py + y) * per_pixel;
+                let (tuples, rgba) = (&samples.tuples[first..], &rgba[first - self.first..]);
                 // Of one length: a sample is checked once for all.
-                let mut of_pixel =
-                    [(&samples.tuples[first..][..per_pixel], &rgba[first..][..per_pixel]); NUM];
+                let mut of_pixel = [(&tuples[..per_pixel], &rgba[..per_pixel]); NUM];
                 for (i, of) in of_pixel.iter_mut().enumerate() {
-                    let first = first + i * per_pixel;
-                    *of = (&samples.tuples[first..][..per_pixel], &rgba[first..][..per_pixel]);
+                    let first = i * per_pixel;
+                    *of = (&tuples[first..][..per_pixel], &rgba[first..][..per_pixel]);
                 }
                 if let Some((weights, counted)) = table.of_offset([x, y]) {
                     // What has no weight adds nothing.

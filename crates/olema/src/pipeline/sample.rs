@@ -10,6 +10,7 @@ use glam::Vec3;
 use crate::geometry::RasterCamera;
 use crate::math::Vec3s;
 use crate::math::lanes::Lanes;
+use crate::math::simd::SimdLevel;
 use crate::sampling::inside::{HitPoint, Weights};
 use crate::sampling::interleave::rasterize_tuple;
 use crate::sampling::nomotion::{
@@ -26,6 +27,7 @@ use super::grid::{Grid, triangles};
 use super::shade::{Colors, ShadedGrid};
 use super::slots::{GridSlots, SlotsFull, UsedVertices};
 use super::sweep::TimeRange;
+use super::waiting::RasterLists;
 
 /// Where a tile's hits are kept.
 #[derive(Debug)]
@@ -42,6 +44,8 @@ pub struct TileBuffers {
     pub used: UsedVertices,
     /// Work done.
     pub counts: SampleCounts,
+    /// Where a grid is that was packed.
+    pub room: RasterLists,
 }
 
 /// What all grids of a frame are drawn with.
@@ -60,19 +64,20 @@ pub struct DrawContext<'a> {
 }
 
 impl<'a> DrawContext<'a> {
-    /// A grid as the rasterizers see it.
-    pub fn moving<'g>(&self, grid: &'g Grid) -> MovingGrid<'g>
+    /// A grid as the rasterizers see it; `room` is for one that is packed.
+    pub fn moving<'g>(&self, grid: &'g Grid, room: &'g mut RasterLists) -> MovingGrid<'g>
     where
         'a: 'g,
     {
+        let RasterLists { x, y, coc } = grid.lists(SimdLevel::best(), room);
         MovingGrid {
             m: grid.m as usize,
             n: grid.n as usize,
             times: &self.times[grid.motion as usize],
-            x: &grid.x,
-            y: &grid.y,
+            x,
+            y,
             depth: &grid.depth,
-            coc: &grid.coc,
+            coc,
         }
     }
 
@@ -81,7 +86,8 @@ impl<'a> DrawContext<'a> {
     /// Vertices that are not slow are where the rasterizers see them; the others move on straight lines in camera
     /// space. Which of both a vertex does depends on the vertex alone.
     pub fn clip(&self, grid: &Grid, triangle: [usize; 3], tuple_ix: u32) -> Clipped {
-        let moving = self.moving(grid);
+        let mut room = RasterLists::default();
+        let moving = self.moving(grid, &mut room);
         let (tuple, time) = (&self.pattern.tuples()[tuple_ix as usize], moving.times.of_tuple(tuple_ix));
         let position = |v: usize| -> Vec3 {
             let [from, to] = moving.ends(v, time.segment);
@@ -109,7 +115,7 @@ impl TileBuffers {
     ) -> Result<Option<u32>, SlotsFull> {
         let grid = &shaded.grid;
         debug_assert!(shaded.surely_opaque || colors.is_some(), "opacity decides what is visible");
-        let moving = context.moving(grid);
+        let moving = context.moving(grid, &mut self.room);
         let Some(times) = grid.meets(self.samples.region) else {
             return Ok(None);
         };

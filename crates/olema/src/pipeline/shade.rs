@@ -14,6 +14,7 @@ use crate::shading::{OpacityUse, PlacedLight, ShadedPoints, ShadingPoints, Surfa
 use super::dice::{Diced, Implied};
 use super::grid::Grid;
 use super::spare::GridLists;
+use super::waiting::Packed;
 
 /// Colour and opacity of a grid's vertices.
 #[derive(Debug, Clone, Default)]
@@ -275,13 +276,14 @@ impl ShadedGrid {
 
     /// Its lists, for another grid.
     pub fn into_lists(self) -> GridLists {
-        let Grid { x, y, depth, coc, .. } = self.grid;
+        let Grid { on_raster, packed, depth, .. } = self.grid;
         let Shading { points, colors, shaded, seen, .. } =
             self.shading.into_inner().unwrap_or_else(PoisonError::into_inner);
         let ShadingPoints { p, n, .. } = points.map(|points| *points).unwrap_or_default();
         let color = Arc::into_inner(colors).map(|colors| colors.color).unwrap_or_default();
-        let mut lists = GridLists { x, y, depth, coc, p, n, color, shaded, seen };
-        [&mut lists.x, &mut lists.y, &mut lists.coc].into_iter().for_each(Vec::clear);
+        let packed = packed.map(Packed::into_values).unwrap_or_default();
+        let mut lists = GridLists { on_raster, packed, depth, p, n, color, shaded, seen };
+        lists.on_raster.clear();
         lists.depth.clear();
         [&mut lists.p, &mut lists.n].into_iter().for_each(Vec3s::clear);
         lists.color.clear();

@@ -8,18 +8,17 @@ use glam::Vec4;
 use crate::math::Vec3s;
 
 use super::shade::VertexSet;
+use super::waiting::RasterLists;
 
 /// Lists of one grid, empty.
 #[derive(Debug, Default)]
 pub struct GridLists {
-    /// Raster x.
-    pub x: Vec<i32>,
-    /// Raster y.
-    pub y: Vec<i32>,
+    /// Where vertices are on the raster.
+    pub on_raster: RasterLists,
+    /// The same, packed.
+    pub packed: Vec<i16>,
     /// Depth.
     pub depth: Vec<f32>,
-    /// Circles of confusion.
-    pub coc: Vec<i32>,
     /// Positions that shaders see.
     pub p: Vec3s,
     /// Normals that shaders see.
@@ -34,8 +33,12 @@ pub struct GridLists {
 
 impl GridLists {
     fn bytes(&self) -> usize {
-        let on_raster = self.x.capacity() + self.y.capacity() + self.depth.capacity() + self.coc.capacity();
-        4 * on_raster + self.p.bytes() + self.n.bytes() + 16 * self.color.capacity()
+        self.on_raster.bytes()
+            + 2 * self.packed.capacity()
+            + 4 * self.depth.capacity()
+            + self.p.bytes()
+            + self.n.bytes()
+            + 16 * self.color.capacity()
     }
 }
 
@@ -43,12 +46,16 @@ impl GridLists {
 #[derive(Debug, Default)]
 pub struct Spare {
     lists: Vec<GridLists>,
+    /// Of grids that were packed.
+    on_raster: Vec<RasterLists>,
     bytes: usize,
 }
 
 impl Spare {
     /// What is kept at most: about the grids of a tile.
     const MOST_BYTES: usize = 1 << 19;
+    /// How many lists of packed grids are kept at most.
+    const MOST_PACKED: usize = 2;
 
     /// Keeps lists, while there is room.
     pub fn keep(&mut self, lists: GridLists) {
@@ -59,16 +66,26 @@ impl Spare {
         }
     }
 
+    /// Keeps the lists of a grid that was packed: those of few, since they come back as soon as the next one is.
+    pub fn keep_on_raster(&mut self, mut lists: RasterLists) {
+        lists.clear();
+        if lists.bytes() > 0 && self.on_raster.len() < Self::MOST_PACKED {
+            self.on_raster.push(lists);
+        }
+    }
+
     /// Lists for a grid of `num_vertices` over all keys: such as had about as many, or new ones, as a grid may live long.
     pub fn take(&mut self, num_vertices: usize) -> GridLists {
-        let fits = |lists: &GridLists| {
-            (num_vertices..=num_vertices + num_vertices / 8).contains(&lists.x.capacity())
+        let about = num_vertices..=num_vertices + num_vertices / 8;
+        let fits = |lists: &GridLists| about.contains(&lists.depth.capacity());
+        let mut lists = match self.lists.iter().rposition(fits) {
+            Some(ix) => self.lists.swap_remove(ix),
+            None => GridLists::default(),
         };
-        let Some(ix) = self.lists.iter().rposition(fits) else {
-            return GridLists::default();
-        };
-        let lists = self.lists.swap_remove(ix);
         self.bytes -= lists.bytes();
+        if lists.on_raster.bytes() == 0 {
+            lists.on_raster = self.on_raster.pop().unwrap_or_default();
+        }
         lists
     }
 }

@@ -25,6 +25,7 @@ use super::shade::ShadedGrid;
 use super::spare::Spare;
 use super::split::SplitContext;
 use super::sweep::Extent;
+use super::waiting::RasterLists;
 
 /// One worker's lists.
 #[derive(Debug, Default)]
@@ -118,16 +119,21 @@ impl Workspace {
 
     /// Puts the vertices that were just placed on the raster, as the next key of `grid`.
     pub fn put_on_raster(&mut self, frame: &SplitContext, grid: &mut Grid) {
-        let (camera, len, first) = (frame.camera, grid.num_vertices(), grid.x.len());
+        let (camera, len) = (frame.camera, grid.num_vertices());
+        let RasterLists { x, y, coc } = &mut grid.on_raster;
+        let first = x.len();
         let placed = &self.now.vertices;
         self.kept.append(placed, 0..len);
-        grid.x.resize(first + len, 0);
-        grid.y.resize(first + len, 0);
-        grid.coc.resize(if camera.lens.is_some() { first + len } else { 0 }, 0);
+        x.resize(first + len, 0);
+        y.resize(first + len, 0);
+        coc.resize(if camera.lens.is_some() { first + len } else { 0 }, 0);
         grid.depth.extend_from_slice(&placed.z()[..len]);
         grid.keys += 1;
-        let coc = grid.coc.get_mut(first..).unwrap_or_default();
-        let to = OnRaster { x: &mut grid.x[first..], y: &mut grid.y[first..], coc };
+        let to = OnRaster {
+            x: &mut x[first..],
+            y: &mut y[first..],
+            coc: coc.get_mut(first..).unwrap_or_default(),
+        };
         if let Some(reach) = camera.place_list(frame.surfaces.level, placed.slice(0..len), to) {
             self.extents.push(extent(&reach));
             return;
@@ -137,9 +143,9 @@ impl Workspace {
             let p = placed.get(ix);
             let (fixed, at) = (camera.fixed(p), first + ix);
             grid.slow.is_slow[ix] |= fixed.is_none();
-            [grid.x[at], grid.y[at]] = fixed.unwrap_or_default();
+            [x[at], y[at]] = fixed.unwrap_or_default();
             if camera.lens.is_some() {
-                grid.coc[at] = if fixed.is_some() { camera.coc(p.z) } else { 0 };
+                coc[at] = if fixed.is_some() { camera.coc(p.z) } else { 0 };
             }
         }
     }

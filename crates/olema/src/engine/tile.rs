@@ -32,7 +32,7 @@ use super::filed::Filed;
 use super::frame::FrameData;
 use super::laps::{Laps, Stage};
 
-/// Bytes of a vertex's shading variables and colours, and of its place at one motion key.
+/// Bytes of a vertex's shading variables and colours, and at most of its place at one motion key.
 const VERTEX_BYTES: u64 = 4 * 12 + 6 * 4 + 16;
 const KEY_BYTES: u64 = 16;
 

@@ -65,12 +65,19 @@ pub(super) type Connected = ([u32; 4], [EdgeUse; 4], f32);
 /// Corners and edges of the patches connected so far, by their control points.
 ///
 /// Most corners and edges come again with the same bits, that of the owner at all keys: these are told by that and need
-/// no search for what lies near.
+/// no search for what lies near. Those of a sheet are mostly the last patch's, and those of the patch after the one
+/// below that.
 struct ByPoints {
     /// How close is equal, for each patch.
     tolerance: Vec<f32>,
     /// Sides of the patch that is connected, key after key.
     keys: Vec<Sides>,
+    /// Those of the patch before.
+    before: Vec<Sides>,
+    /// That patch, and the one whose top is its bottom.
+    last: [Option<u32>; 2],
+    /// Off: these are not looked at.
+    has_neighbours: bool,
     corners: KeyedWelder,
     corner_of_weld: Map<u32, u32>,
     /// The last corner with a hash of its owner's points,
@@ -94,6 +101,9 @@ impl ByPoints {
         let tolerance: Vec<f32> = table.patches.iter().map(|patch| tolerance(table, patch)).collect();
         ByPoints {
             keys: Vec::new(),
+            before: Vec::new(),
+            last: [None; 2],
+            has_neighbours: true,
             corners: KeyedWelder::new(tolerance.iter().copied()),
             corner_of_weld: Map::default(),
             corner_of_bits: Latest::for_about(table.patches.len()),
@@ -113,25 +123,76 @@ impl ByPoints {
         patch: u32,
         rate: Fineness,
     ) -> Connected {
+        std::mem::swap(&mut self.keys, &mut self.before);
         let mut keys = std::mem::take(&mut self.keys);
         keys.clear();
         keys.extend(sides(patches, patch));
         let motion = patches.patches[patch as usize].motion;
         let tolerance = self.tolerance[patch as usize];
         let new = Joining { patches, patch, motion, tolerance, rate, keys: &keys };
+        let [left, below] = self.neighbours(&new);
+        let of = |patch: u32| &patches.patches[patch as usize];
+        let known_corner = |corner: usize| match corner {
+            0 => left.map(|l| of(l).corners[1]).or(below.map(|b| of(b).corners[2])),
+            1 => below.map(|b| of(b).corners[3]),
+            2 => left.map(|l| of(l).corners[3]),
+            _ => None,
+        };
+        let known_edge = |side: usize| match side {
+            0 => below.map(|b| of(b).edges[2]),
+            3 => left.map(|l| of(l).edges[1]),
+            _ => None,
+        };
         let mut agrees = true;
-        let corners: [u32; 4] = std::array::from_fn(|corner| {
-            let (ix, same) = self.corner(&new, table, corner);
-            agrees &= same;
-            ix
+        let corners: [u32; 4] = std::array::from_fn(|corner| match known_corner(corner) {
+            Some(known) => table.corner(Some(known), patch, corner, rate),
+            None => {
+                let (ix, same) = self.corner(&new, table, corner);
+                agrees &= same;
+                ix
+            }
         });
-        let uses = std::array::from_fn(|side| {
-            let (used, same) = self.edge(&new, table, side, SIDE_CORNERS[side].map(|c| corners[c]));
-            agrees &= same;
-            used
+        let uses: [EdgeUse; 4] = std::array::from_fn(|side| match known_edge(side) {
+            Some(known) => {
+                table.use_edge(known.edge, rate);
+                known
+            }
+            None => {
+                let (used, same) = self.edge(&new, table, side, SIDE_CORNERS[side].map(|c| corners[c]));
+                agrees &= same;
+                used
+            }
         });
+        let bottom = table.edges[uses[0].edge as usize].owners[0];
+        let below = below.or((bottom.side == 2 && bottom.patch < patch).then_some(bottom.patch));
+        self.last = if self.has_neighbours { [Some(patch), below] } else { [None; 2] };
         self.keys = keys;
         (corners, uses, if agrees { 0.0 } else { 2.0 * tolerance })
+    }
+
+    /// The patches whose right side is a patch's left one, and whose top is its bottom, bit for bit and as their owners have
+    /// them, if it follows its neighbours in a sheet.
+    fn neighbours(&self, new: &Joining) -> [Option<u32>; 2] {
+        let [left, below] = self.last;
+        let agrees = |&patch: &u32| {
+            let other = &new.patches.patches[patch as usize];
+            patch < new.patch
+                && other.slack == 0.0
+                && new.moves_as(patch)
+                && !matches!(other.shape, Shape::Subdivision { .. })
+                && new.patches.num_keys(patch) == new.keys.len()
+        };
+        let is_left = |_: &u32| {
+            !new.keys.is_empty()
+                && self.before.len() == new.keys.len()
+                && self.before.iter().zip(new.keys).all(|(before, sides)| before[1] == sides[3])
+        };
+        let is_below = |&patch: &u32| {
+            let curve = |key: usize| new.patches.side_curve(patch, key, 2);
+            !new.keys.is_empty()
+                && new.keys.iter().enumerate().all(|(key, sides)| curve(key) == Some(sides[0]))
+        };
+        [left.filter(agrees).filter(is_left), below.map(|b| b + 1).filter(agrees).filter(is_below)]
     }
 
     /// The corner that a patch's corner is, and whether its owner's points are the patch's own.
@@ -374,6 +435,7 @@ mod tests {
             let by_search = ByPoints {
                 corner_of_bits: Latest::never(),
                 edge_of_bits: Latest::never(),
+                has_neighbours: false,
                 ..ByPoints::new(&searched)
             };
             let edges = connect(&mut table, &fineness);

@@ -53,7 +53,7 @@ pub struct Spare {
 
 impl Spare {
     /// What is kept at most: about the grids of a tile.
-    const MOST_BYTES: usize = 1 << 19;
+    const MOST_BYTES: usize = 1 << 18;
     /// How many lists of packed grids are kept at most.
     const MOST_PACKED: usize = 2;
 

@@ -28,19 +28,22 @@ enum Place {
     Edge(u32, u64),
 }
 
-/// Points `first..first + len` of a place, at all keys.
+/// Points `first..first + len` of a place, at all keys. One line of the cache: which run is asked for next cannot be foretold.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 struct Run {
     place: Place,
     first: u64,
-    len: usize,
     /// Key after key.
     placed: Vec<Vec3>,
+    len: u32,
     /// The grid that computes or computed it.
-    made_by: u64,
+    made_by: u32,
     /// The last grid that uses it: until that is diced, nothing else takes its place.
-    used_by: u64,
+    used_by: u32,
 }
+
+const _: () = assert!(size_of::<Run>() == 64);
 
 /// A run that a grid asks for.
 #[derive(Debug, Clone, Copy)]
@@ -68,8 +71,8 @@ struct Link {
 #[derive(Debug, Default)]
 pub struct Recall {
     runs: Vec<Run>,
-    /// Number of the grid that is diced.
-    grid: u64,
+    /// Number of the grid that is diced. That of one 2^32 grids ago is not remembered any more.
+    grid: u32,
     asked: Vec<Asked>,
     recalled: Vec<Link>,
     remembered: Vec<Link>,
@@ -79,7 +82,7 @@ impl Recall {
     /// Begins with the next grid, which has the vertices `border`: cuts them into runs, and looks for all of these before
     /// anything is done about one, since what is remembered is mostly far away in memory, and comes at the same time then.
     pub fn begin(&mut self, border: &[(u32, PointRef)]) {
-        self.grid += 1;
+        self.grid = self.grid.wrapping_add(1);
         self.asked.clear();
         self.recalled.clear();
         self.remembered.clear();
@@ -99,7 +102,7 @@ impl Recall {
             let slot = hash % REMEMBERED as u32;
             let known = &self.runs[slot as usize];
             let is_there =
-                (known.place == place) & (known.first <= first) & (last < known.first + known.len as u64);
+                (known.place == place) & (known.first <= first) & (last < known.first + u64::from(known.len));
             let range = [from, from + run.len() as u32];
             self.asked.push(Asked { place, ends: [first, last], slot, is_there, range });
             from = range[1];
@@ -131,9 +134,9 @@ impl Recall {
             if known.used_by == self.grid || last - first >= MOST_POINTS {
                 return false;
             }
-            (known.place, known.first, known.len) = (place, first, (last - first) as usize + 1);
+            (known.place, known.first, known.len) = (place, first, (last - first) as u32 + 1);
             known.placed.clear();
-            known.placed.resize(known.len * num_keys, Vec3::ZERO);
+            known.placed.resize(known.len as usize * num_keys, Vec3::ZERO);
             known.made_by = self.grid;
         }
         known.used_by = self.grid;
@@ -151,11 +154,11 @@ impl Recall {
     pub fn exchange(&mut self, key: usize, vertices: &mut Vec3s) {
         for link in &self.recalled {
             let run = &self.runs[link.slot as usize];
-            vertices.set(link.vertex as usize, run.placed[key * run.len + link.point as usize]);
+            vertices.set(link.vertex as usize, run.placed[key * run.len as usize + link.point as usize]);
         }
         for link in &self.remembered {
             let run = &mut self.runs[link.slot as usize];
-            run.placed[key * run.len + link.point as usize] = vertices.get(link.vertex as usize);
+            run.placed[key * run.len as usize + link.point as usize] = vertices.get(link.vertex as usize);
         }
     }
 }

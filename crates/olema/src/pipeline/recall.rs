@@ -71,7 +71,7 @@ struct Link {
 #[derive(Debug, Default)]
 pub struct Recall {
     runs: Vec<Run>,
-    /// Number of the grid that is diced. That of one 2^32 grids ago is not remembered any more.
+    /// Number of the grid that is diced. What one with the same number had, 2^32 grids ago, is computed again.
     grid: u32,
     asked: Vec<Asked>,
     recalled: Vec<Link>,

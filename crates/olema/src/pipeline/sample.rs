@@ -115,10 +115,10 @@ impl TileBuffers {
     ) -> Result<Option<u32>, SlotsFull> {
         let grid = &shaded.grid;
         debug_assert!(shaded.surely_opaque || colors.is_some(), "opacity decides what is visible");
-        let moving = context.moving(grid, &mut self.room);
         let Some(times) = grid.meets(self.samples.region) else {
             return Ok(None);
         };
+        let moving = context.moving(grid, &mut self.room);
         let (slot, is_new) = self.slots.insert(Arc::clone(shaded), colors.cloned())?;
         let facing = match (grid.look.sides, grid.look.front_is_positive) {
             (Sides::Two, _) => Facing::Any,

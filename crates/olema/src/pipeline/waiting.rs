@@ -1,7 +1,8 @@
-//! Waiting: where a grid's vertices are on the raster, in 16 bits while the grid waits for its next tile.
+//! Waiting: where a blurred grid's vertices are on the raster, in 16 bits while the grid waits for its next tile.
 //!
 //! In: lists of x, y and the circle of confusion over all keys. Out: the same as differences from an origin, half as large,
-//! and the lists again with the same bits when a tile draws the grid. A grid that reaches over 256 px or more stays wide.
+//! and the lists again with the same bits when a tile draws the grid. A grid that stands still or reaches over 256 px or more
+//! stays wide.
 
 use crate::math::simd::SimdLevel;
 

@@ -49,6 +49,7 @@ impl TextureImage {
         let mut value = [0.0f32; LANES];
         for lane in 0..LANES {
             let between = finer[lane] + (coarser[lane] - finer[lane]) * part[lane];
+            let between = if part[lane] > 0.0 { between } else { finer[lane] };
             let is_place = st[0][lane].is_finite() & st[1][lane].is_finite();
             let is_there = is_place & !width[0][lane].is_nan() & !width[1][lane].is_nan();
             // Not `clamp`, whose check of the range would end the loop early.
